@@ -50,6 +50,22 @@ def test_explain_names_every_number_and_where_settings_come_from():
     assert f"method.model = nmm  ({T4}:13)" in text
 
 
+def test_explain_tells_what_a_setting_means():
+    """The same words as the table of all settings; of a group all its settings; another word is a deck."""
+    rows, rules = settings_pages.tables(call("explain", "--settings").stdout)
+    rows = {row[0].strip("`"): row for row in rows}
+    for name in ("contact.restitution", "joints.restitution", "step.size"):
+        first, *lines = call("explain", name).stdout.splitlines()
+        _, _, unit, default, meaning = rows[name]
+        assert first == f"{name}: {meaning}" and f"  default: {default}" in lines
+        assert [line for line in lines if line.startswith("  unit: ")] == [f"  unit: {unit}"] * (unit not in ("", "1"))
+        about = [why for cell, _, why in rules if any(named == name for named, _ in settings_pages.of_rule(cell))]
+        assert [line.rpartition(": ")[2] for line in lines if " only with" in line] == about
+    said = [line.split(":")[0] for line in call("explain", "stage").stdout.splitlines() if not line.startswith(" ")]
+    assert said == [name for name in rows if name.startswith("stage.")]
+    assert call("explain", "contact.bounce").returncode == 2
+
+
 def test_the_manual_holds_the_table_of_settings():
     for page, text in settings_pages.pages(call("explain", "--settings").stdout).items():
         assert page.read_text() == text, page

@@ -21,7 +21,7 @@ from .errors import ModelError, ProgramMissing, ResultsError, RunFailed, ScreeEr
 from .model import Model, arc
 from .program import Runner, call, cut, program, run
 from .results import Contacts, Group, Results, read
-from .verbs import FactorOfSafety, film, fs, plot, report, study
+from .verbs import FactorOfSafety, film, fs, plot, report, rockfall, study
 
 __all__ = ["Contacts", "FactorOfSafety", "Group", "Model", "ModelError", "ProgramMissing", "Results", "ResultsError", "RunFailed", "Runner",
-           "ScreeError", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "run", "study"]
+           "ScreeError", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "rockfall", "run", "study"]

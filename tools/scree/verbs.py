@@ -20,6 +20,8 @@ from .results import Results, read
 if typing.TYPE_CHECKING:
     import matplotlib.axes
 
+    from .rockfalls.command import Falls
+
 Scene = Model | StrPath
 
 
@@ -173,6 +175,12 @@ def study(what: Scene, grid: Mapping[str, typing.Any] | None = None, sample: Map
         runs.run(range(len(runs.keys)), jobs or len(os.sched_getaffinity(0)))
         header = [names.get(column, column) for column in runs.header()]
         return [dict(zip(header, line)) for line in runs.lines()]
+
+
+def rockfall(scene: Mapping[str, typing.Any] | StrPath, jobs: int | None = None) -> Falls:
+    """Lets many rocks fall on a slope, as `tools/rockfall` does: a TOML file, or its tables as a dictionary (doc/howto/rock-fall.md)."""
+    from .rockfalls.command import rockfall as let_fall
+    return let_fall(scene, jobs)
 
 
 def deck_of(what: Scene, folder: StrPath) -> pathlib.Path:

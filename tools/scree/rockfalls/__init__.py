@@ -1,0 +1,1 @@
+"""Falls of many single rocks on a slope (`tools/rockfall`)."""
