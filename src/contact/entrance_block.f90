@@ -50,9 +50,13 @@ contains
   pure function normals_of(x) result(normal)
     real(dp), intent(in) :: x(:, :)       !! (2, n) counterclockwise, length
     real(dp) :: normal(2, size(x, 2))     !! of length 1
+    real(dp) :: along(2)
+    integer :: k
 
-    normal = cshift(x, 1, 2) - x
-    normal = reshape([normal(2, :), -normal(1, :)], [2, size(x, 2)], order=[2, 1])/spread(max(tiny(1.0_dp), norm2(normal, 1)), 1, 2)
+    do k = 1, size(x, 2)
+      along = x(:, modulo(k, size(x, 2)) + 1) - x(:, k)
+      normal(:, k) = [along(2), -along(1)]/max(tiny(1.0_dp), norm2(along))
+    end do
   end function normals_of
 
   !> The entrance lines of two chains in the order of their directions from A to B, counterclockwise up to pi. An edge has a line
@@ -137,11 +141,11 @@ contains
 
   !> Finds the leading line of two convex polygons, or any line with a gap of `far` or more.
   !>
-  !> The line of the edge passed in is looked at first, because bodies that were apart mostly still are. Neither the existence of a
+  !> The line of the edge passed in is looked at first, because it mostly still separates or leads. Neither the existence of a
   !> line with such a gap nor the leading line otherwise depends on this edge. Edges that are cuts through a body do not lead,
   !> because a vertex behind one is in the piece beside. If the overlap at the line of a cut is far smaller than at any face
   !> (`beside_cut`), the overlap is that of the piece beside alone, and the two polygons are apart. Of equal gaps the edge with the
-  !> lowest number leads. The time grows with the number of edges.
+  !> lowest number leads, and of vertices that are equally near to it the first one. The time grows with the number of edges.
   pure subroutine find_leading_line(n_a, a, normal_a, face_a, n_b, b, normal_b, face_b, far, edge, vertex, gap)
     integer, intent(in) :: n_a, n_b                           !! vertices
     real(dp), intent(in) :: a(2, n_a), b(2, n_b)              !! vertices, counterclockwise, length
@@ -151,25 +155,30 @@ contains
     integer, intent(inout) :: edge                            !! of A, or of B on from those; in: where to begin, 0: anywhere
     integer, intent(inout) :: vertex                          !! of the other one
     real(dp), intent(out) :: gap                              !! length
-    real(dp) :: cut_gap
+    real(dp) :: cut_gap, least
+    logical :: may_lead
 
+    least = -huge(gap)                                        ! lines with smaller gaps cannot lead
     if (edge > n_a) then
       call look_at(n_b, b, normal_b, n_a, a, edge - n_a, vertex, gap)
+      may_lead = face_b(edge - n_a)
     else if (edge > 0) then
       call look_at(n_a, a, normal_a, n_b, b, edge, vertex, gap)
+      may_lead = face_a(edge)
     end if
     if (edge > 0) then
       if (gap >= far) return
+      if (may_lead) least = gap
     end if
     gap = -huge(gap)
     cut_gap = -huge(gap)
-    call look_along(n_a, a, normal_a, face_a, n_b, b, 0, far, edge, vertex, gap, cut_gap)
+    call look_along(n_a, a, normal_a, face_a, n_b, b, 0, far, least, edge, vertex, gap, cut_gap)
     if (gap >= far) return
-    call look_along(n_b, b, normal_b, face_b, n_a, a, n_a, far, edge, vertex, gap, cut_gap)
+    call look_along(n_b, b, normal_b, face_b, n_a, a, n_a, far, max(least, gap), edge, vertex, gap, cut_gap)
     if (gap/beside_cut < min(cut_gap, 0.0_dp)) gap = far
   end subroutine find_leading_line
 
-  !> Gap of the line of edge k, with the vertex that meets it, looked for from a vertex on.
+  !> Gap of the line of edge k, with the vertex that meets it, looked for from a vertex on; of two that are equally near the first.
   pure subroutine look_at(n_own, own, normal, n_other, other, k, vertex, gap)
     integer, intent(in) :: n_own, n_other
     real(dp), intent(in) :: own(2, n_own), normal(2, n_own), other(2, n_other)
@@ -177,56 +186,48 @@ contains
     integer, intent(inout) :: vertex
     real(dp), intent(out) :: gap
     real(dp) :: least, next
-    integer :: q, step
+    integer :: q
 
     least = normal(1, k)*other(1, vertex) + normal(2, k)*other(2, vertex)
-    do step = 1, -1, -2
-      do
-        q = vertex + step
-        if (q > n_other) q = 1
-        if (q < 1) q = n_other
-        next = normal(1, k)*other(1, q) + normal(2, k)*other(2, q)
-        if (next >= least) exit
-        vertex = q
-        least = next
-      end do
+    do
+      q = vertex + 1
+      if (q > n_other) q = 1
+      next = normal(1, k)*other(1, q) + normal(2, k)*other(2, q)
+      if (next >= least) exit
+      vertex = q
+      least = next
     end do
+    do
+      q = vertex - 1
+      if (q < 1) q = n_other
+      next = normal(1, k)*other(1, q) + normal(2, k)*other(2, q)
+      if (next >= least) exit
+      vertex = q
+      least = next
+    end do
+    if (next <= least) vertex = q
     gap = least - normal(1, k)*own(1, k) - normal(2, k)*own(2, k)
   end subroutine look_at
 
-  !> Looks at the lines of all edges of one polygon, until one is far: as the edge turns on, so does the vertex that meets it.
-  pure subroutine look_along(n_own, own, normal, face, n_other, other, offset, far, edge, vertex, gap, cut_gap)
+  !> Looks at the lines of the edges of one polygon, until one is far. A line on whose inner side some vertex is too deep cannot
+  !> lead, and its vertex is not looked for.
+  pure subroutine look_along(n_own, own, normal, face, n_other, other, offset, far, deep, edge, vertex, gap, cut_gap)
     integer, intent(in) :: n_own, n_other
     real(dp), intent(in) :: own(2, n_own), normal(2, n_own), other(2, n_other)
     logical, intent(in) :: face(n_own)
     integer, intent(in) :: offset                             !! added to the number of the edge
-    real(dp), intent(in) :: far
+    real(dp), intent(in) :: far, deep                         !! gaps from which on and below which nothing is looked for
     integer, intent(inout) :: edge, vertex                    !! of the line with the largest gap so far
     real(dp), intent(inout) :: gap                            !! of that
     real(dp), intent(inout) :: cut_gap                        !! largest gap of a cut so far
-    real(dp) :: its_gap, least, next
-    integer :: j, k, q
+    real(dp) :: its_gap
+    integer :: j, k
 
     j = 1
-    least = normal(1, 1)*other(1, 1) + normal(2, 1)*other(2, 1)
-    do q = 2, n_other
-      next = normal(1, 1)*other(1, q) + normal(2, 1)*other(2, q)
-      if (next < least) then
-        least = next
-        j = q
-      end if
-    end do
     do k = 1, n_own
-      if (k > 1) least = normal(1, k)*other(1, j) + normal(2, k)*other(2, j)
-      do
-        q = j + 1
-        if (q > n_other) q = 1
-        next = normal(1, k)*other(1, q) + normal(2, k)*other(2, q)
-        if (next >= least) exit
-        j = q
-        least = next
-      end do
-      its_gap = least - normal(1, k)*own(1, k) - normal(2, k)*own(2, k)
+      its_gap = normal(1, k)*other(1, j) + normal(2, k)*other(2, j) - normal(1, k)*own(1, k) - normal(2, k)*own(2, k)
+      if (its_gap < deep) cycle
+      call look_at(n_own, own, normal, n_other, other, k, j, its_gap)
       if (.not. (face(k) .or. its_gap >= far)) then
         cut_gap = max(cut_gap, its_gap)
       else if (its_gap > gap) then

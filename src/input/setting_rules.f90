@@ -75,6 +75,8 @@ module scree_setting_rules
                    'Shi''s contact has no limit as steps get small'), &
     setting_rule_t('step.accuracy', '', 'output.error or integrator.scheme', '|estimate|small_steps|', .false., &
                    'it chooses steps by that estimate'), &
+    setting_rule_t('step.accuracy', '', 'step.overlap', is_not_given, .false., 'each of the two chooses the size of small steps'), &
+    setting_rule_t('step.overlap', '', 'integrator.scheme', '|small_steps|', .true., 'the other schemes bound overlap by forces'), &
     setting_rule_t('output.error', 'estimate', 'k01', is_positive, .true., 'a static step has no error in time'), &
     setting_rule_t('output.error', 'estimate', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
                    'the estimate does not know the errors of the other schemes'), &
@@ -194,8 +196,6 @@ module scree_setting_rules
     setting_rule_t('integrator.scheme', 'small_steps', 'step.control', '|fixed|', .false., 'small steps choose their own size'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'contact.method', '|penalty|', .false., &
                    'small steps have neither springs nor multipliers'), &
-    setting_rule_t('integrator.scheme', 'small_steps', 'contact.rules', '|coulomb|', .false., &
-                   'small steps know Coulomb''s law only'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'contact.viscosity', is_not_given, .false., &
                    'rigid contacts have no dashpot'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'joints.closure', is_not_given, .false., &

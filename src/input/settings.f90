@@ -236,6 +236,9 @@ contains
         s%run_out = s%aim
         s%aim = 0.0_dp
       end if
+      call row%real(setting_t('step', 'overlap', &
+                              'deepest overlap of moving blocks over their size; small steps choose their size for it', '1', &
+                              0.0_dp, 1.0_dp, .true., default='none: step.accuracy chooses it'), s%step_overlap)
       call row%real(setting_t('step', 'least', &
                               'smallest step; a run that would need a smaller one ends', 'time', 0.0_dp, open=.true., &
                               default='1e-6 of the size, 1e-12 with balance'), &

@@ -3,7 +3,7 @@
 !> A contact that steps of another integrator leave goes to the point of its pair that is nearest, with its force; its bond stays.
 !> The contacts that small steps leave are found by their vertices, to the bit.
 module scree_handed_contacts
-  use scree_bodies, only: bodies_t, pair_memory_t
+  use scree_bodies, only: bodies_t, pair_memory_t, point_memory_t
   use scree_contact_rows, only: bond_reach, edge_below
   use scree_contacts, only: contact_law_t, contact_memory_t, contact_t, count_states, outlines_t, state_locked, state_open, &
                             state_sliding
@@ -36,19 +36,18 @@ contains
         slot = contact%end
         vertex = entrance%vertex
         if (slot == 0) call find_nearest(bodies, p, entrance%vertex, slot, vertex)
-        associate (memory => bodies%near%memory(p))
-          memory%handed_on = memory%handed_on .or. contact%end == 0
+        associate (memory => bodies%near%memory(p), point => bodies%near%memory(p)%point(slot))
           memory%touches = .true.
-          memory%vertex(slot) = vertex
-          memory%edge(slot) = bodies%begins_with(entrance%edge)
-          memory%push(slot) = memory%push(slot) + contact%force(1)*h
-          memory%rub(slot) = memory%rub(slot) + contact%force(2)*h
-          memory%joint(slot) = entrance%joint
-          memory%held(slot) = entrance%held
-          memory%slid(slot) = entrance%memory%wear
-          if (entrance%memory%bonded) memory%bond(slot) = memory%bond(slot) + entrance%memory%length
           memory%strained = max(memory%strained, contact%strained)
-          memory%normal(:, slot) = normal_of(bodies, p, entrance%edge)
+          point%vertex = vertex
+          point%edge = bodies%begins_with(entrance%edge)
+          point%push = point%push + contact%force(1)*h
+          point%rub = point%rub + contact%force(2)*h
+          point%joint = entrance%joint
+          point%held = entrance%held
+          point%slid = entrance%memory%wear
+          if (entrance%memory%bonded) point%bond = point%bond + entrance%memory%length
+          point%normal = normal_of(bodies, p, entrance%edge)
         end associate
       end associate
     end do
@@ -69,7 +68,7 @@ contains
       p = place_of_pair(bodies%near, bodies%piece_of(edge), bodies%piece_at(bodies%corners_at(k)))
       if (p == 0) cycle
       if (end == 0) return
-      if (bodies%near%memory(p)%vertex(end) == 0) return
+      if (bodies%near%memory(p)%point(end)%vertex == 0) return
       p = 0
     end do
   end subroutine find_pair
@@ -148,7 +147,7 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(bodies_t), intent(inout) :: bodies
     type(meeting_t) :: meeting
-    integer :: edge, i, p, slot
+    integer :: edge, i, p
 
     if (.not. any(law%joint%cohesion > 0 .or. law%joint%strength > 0)) return
     do p = 1, bodies%near%n
@@ -156,15 +155,12 @@ contains
       if (meeting%n < 2) cycle
       associate (memory => bodies%near%memory(p))
         do i = 1, 2
-          slot = meeting%slot(i)
           edge = edge_below(bodies, outlines, meeting%edge(i), 0.5_dp*(meeting%position(:, 1) + meeting%position(:, 2)))
           if (.not. (law%joint(outlines%joint(edge))%cohesion > 0 .or. law%joint(outlines%joint(edge))%strength > 0)) cycle
           memory%touches = .true.
-          memory%vertex(slot) = bodies%edge(meeting%vertex(i))
-          memory%edge(slot) = bodies%edge(meeting%edge(i))
-          memory%joint(slot) = outlines%joint(edge)
-          memory%normal(:, slot) = meeting%normal(:, i)
-          memory%bond(slot) = 0.5_dp*norm2(meeting%position(:, 2) - meeting%position(:, 1))
+          memory%point(meeting%slot(i)) = &
+            point_memory_t(vertex=bodies%edge(meeting%vertex(i)), edge=bodies%edge(meeting%edge(i)), joint=outlines%joint(edge), &
+                           bond=0.5_dp*norm2(meeting%position(:, 2) - meeting%position(:, 1)), normal=meeting%normal(:, i))
         end do
       end associate
     end do
@@ -182,7 +178,7 @@ contains
 
     n = 0
     do p = 1, bodies%near%n
-      n = n + count(bodies%near%memory(p)%touches .and. bodies%near%memory(p)%vertex > 0)
+      n = n + count(bodies%near%memory(p)%touches .and. bodies%near%memory(p)%point%vertex > 0)
     end do
     if (size(memory%contact) /= n) then
       deallocate (memory%contact)
@@ -193,9 +189,9 @@ contains
       associate (own => bodies%near%memory(p))
         if (.not. own%touches) cycle
         do slot = 1, 2
-          if (own%vertex(slot) == 0) cycle
+          if (own%point(slot)%vertex == 0) cycle
           k = k + 1
-          memory%contact(k) = contact_of(own, slot)
+          memory%contact(k) = contact_of(own%point(slot), slot, own%strained)
         end do
       end associate
     end do
@@ -206,31 +202,31 @@ contains
   contains
 
     !> A point as a contact.
-    type(contact_t) function contact_of(own, slot) result(contact)
-      type(pair_memory_t), intent(in) :: own
-      integer, intent(in) :: slot
+    type(contact_t) function contact_of(own, slot, strained) result(contact)
+      type(point_memory_t), intent(in) :: own
+      integer, intent(in) :: slot, strained
       real(dp) :: along(2)
 
       contact%end = slot
-      contact%strained = own%strained
-      contact%force = [own%push(slot), own%rub(slot)]/h
-      contact%overlap = max(0.0_dp, -own%gap(slot))
+      contact%strained = strained
+      contact%force = [own%push, own%rub]/h
+      contact%overlap = max(0.0_dp, -own%gap)
       contact%pressed = contact%overlap
       associate (entrance => contact%entrance(1))
-        entrance%vertex = own%vertex(slot)
-        entrance%joint = own%joint(slot)
-        entrance%state = merge(state_sliding, state_locked, own%slides(slot))
-        if (own%slides(slot)) entrance%direction = sign(1.0_dp, -own%rub(slot))
+        entrance%vertex = own%vertex
+        entrance%joint = own%joint
+        entrance%state = merge(state_sliding, state_locked, own%slides)
+        if (own%slides) entrance%direction = sign(1.0_dp, -own%rub)
         entrance%stiffness = [law%normal_stiffness, law%shear_stiffness]
-        entrance%rest = own%gap(slot) + own%push(slot)/h/law%normal_stiffness
+        entrance%rest = own%gap + own%push/h/law%normal_stiffness
         entrance%memory%pressing = contact%force(1)
-        entrance%memory%length = own%bond(slot)
-        entrance%memory%bonded = own%bond(slot) > 0
-        entrance%held = own%held(slot)
-        entrance%memory%slid = own%slid(slot)
-        entrance%memory%wear = own%slid(slot)
-        associate (x => position(:, outlines%start(own%vertex(slot))))
-          entrance%edge = edge_under(own%edge(slot), x)
+        entrance%memory%length = own%bond
+        entrance%memory%bonded = own%bond > 0
+        entrance%held = own%held
+        entrance%memory%slid = own%slid
+        entrance%memory%wear = own%slid
+        associate (x => position(:, outlines%start(own%vertex)))
+          entrance%edge = edge_under(own%edge, x)
           associate (begins => position(:, outlines%start(entrance%edge)), ends => position(:, outlines%finish(entrance%edge)))
             along = (ends - begins)/sum((ends - begins)**2)
             entrance%anchor = dot_product(along, x - begins)

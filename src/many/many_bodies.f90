@@ -102,7 +102,7 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(bodies_t), intent(inout) :: bodies
-    integer :: b, e, p
+    integer :: b, e, k, p
 
     bodies%moves = can_move(model)
     bodies%angle = 0.0_dp
@@ -126,9 +126,11 @@ contains
     do p = 1, bodies%n_pieces
       b = bodies%body(p)
       associate (from => bodies%first(p), to => bodies%first(p + 1) - 1)
-        bodies%arm(:, from:to) = state%vertex(:, bodies%corner(from:to)) - spread(bodies%place(:, b), 2, to - from + 1)
+        do k = from, to
+          bodies%arm(:, k) = state%vertex(:, bodies%corner(k)) - bodies%place(:, b)
+          bodies%radius(b) = max(bodies%radius(b), norm2(bodies%arm(:, k)))
+        end do
         bodies%own_normal(:, from:to) = normals_of(bodies%arm(:, from:to))
-        bodies%radius(b) = max(bodies%radius(b), maxval(norm2(bodies%arm(:, from:to), 1)))
       end associate
     end do
     call place_corners(bodies, all_of_them=.true.)

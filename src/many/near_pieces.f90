@@ -26,7 +26,7 @@ contains
     real(dp) :: mean
 
     mean = sum(bodies%size, mask=bodies%moves)/max(1, count(bodies%moves))
-    bodies%near%skin = mean*min(most_skin, max(least_skin, steps_ahead*way/mean))
+    bodies%near%skin = min(most_skin*mean, max(least_skin*mean, steps_ahead*way))
   end subroutine grow_skin
 
   !> Finds the pairs of pieces of different bodies, one of which at least moves, whose boxes are nearer than the skin. What pairs of
@@ -104,6 +104,7 @@ contains
           near%piece(:, near%n) = [p, candidate(k)]
           near%edge(near%n) = 0
           near%vertex(near%n) = 1
+          near%apart_until(near%n) = 0.0_dp
           do while (old <= before%n)
             if (before%piece(1, old) > p .or. before%piece(2, old) >= candidate(k)) exit
             old = old + 1
@@ -161,6 +162,7 @@ contains
     call move_alloc(near%edge, to%edge)
     call move_alloc(near%vertex, to%vertex)
     call move_alloc(near%memory, to%memory)
+    deallocate (near%apart_until)
   end subroutine hand_on
 
   !> Empties a list, with room for some pairs.
@@ -170,7 +172,7 @@ contains
 
     near%n = 0
     allocate (near%piece(2, room), near%edge(room), near%vertex(room))
-    allocate (near%memory(room))
+    allocate (near%memory(room), near%apart_until(room))
   end subroutine empty
 
   !> Doubles the room of a list.
@@ -183,10 +185,12 @@ contains
     larger%edge(:near%n) = near%edge
     larger%vertex(:near%n) = near%vertex
     larger%memory(:near%n) = near%memory
+    larger%apart_until(:near%n) = near%apart_until
     call move_alloc(larger%piece, near%piece)
     call move_alloc(larger%edge, near%edge)
     call move_alloc(larger%vertex, near%vertex)
     call move_alloc(larger%memory, near%memory)
+    call move_alloc(larger%apart_until, near%apart_until)
   end subroutine enlarge
 
   !> Sorts numbers ascending (insertion: candidates are few, and mostly in order).

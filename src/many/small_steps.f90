@@ -10,7 +10,7 @@ module scree_small_steps
   use scree_bodies, only: bodies_t
   use scree_body_loads, only: body_loads_t, find_loads
   use scree_bolt, only: accept_bolts, is_grouted
-  use scree_contact_rows, only: keep_impulses, look_for_contacts, make_rows, rows_t
+  use scree_contact_rows, only: keep_impulses, look_for_contacts, make_rows, row_point_t, rows_t
   use scree_effects, only: refresh_elements
   use scree_energy, only: close_books
   use scree_errors, only: error_t, fail, status_bad_input
@@ -72,8 +72,11 @@ contains
     type(small_outcome_t), intent(out) :: outcome
     type(error_t), allocatable, intent(out) :: error
     type(march_t) :: march
+    logical :: sleeps
     integer :: i
 
+    sleeps = .false.
+    if (allocated(state%sleep)) sleeps = any(state%sleep%island > 0)
     call begin_phase(cache%timers, phase_search)
     call begin_march(model, dt, cache, state, march, error)
     if (allocated(error)) return
@@ -82,7 +85,7 @@ contains
         march%kick = 0.5_dp*(march%h + merge(state%pace%small, march%h, i == 1))
         call make_small_step(model, cache, state, i, bodies, march)
         march%time = state%time + i*march%h
-        if (allocated(state%sleep)) call find_sleepers(state, bodies, march%outcome%reached)
+        if (sleeps) call find_sleepers(state, march%rows, march%outcome%reached)
         if (allocated(march%outcome%reached)) exit
         if (.not. allocated(model%effects%contact) .or. i == march%outcome%steps) cycle
         if (is_worn(bodies%near)) call search_again(march%h, bodies)
@@ -130,6 +133,7 @@ contains
       end if
       if (.not. allocated(model%effects%contact)) return
       if (any(bodies%moves .neqv. moved) .or. is_worn(bodies%near)) call search_again(march%h, bodies)
+      bodies%near%apart_until = 0.0_dp
       call take_contacts(state%contacts%contact, march%h, bodies)
       if (state%stage%number == 1 .and. state%step == 0) call bond_faces(model%effects%contact, model%outlines, bodies)
     end associate
@@ -197,6 +201,7 @@ contains
     call drift(march%h, bodies)
     call advance_rows(march%h, bodies, march%rows)
     !$omp single
+    bodies%near%moved = bodies%near%moved + march%h*fastest_vertex(bodies)
     call turn_arms(march%h, bodies, march%ties)
     call sweep_ties(.false., march%h, march%ties, bodies)
     !$omp end single
@@ -207,7 +212,6 @@ contains
     if (touches) call keep_impulses(march%rows, bodies)
     !$omp end parallel
     march%outcome%sweeps = march%outcome%sweeps + sweeps + 1
-    bodies%near%moved = bodies%near%moved + march%h*fastest_vertex(bodies)
     if (size(march%ties) > 0) call move_points(model, cache, state, bodies, march%point)
     if (allocated(march%bolts)) call accept_bolts(model%effects%bolt, march%point, march%bolts, march%yield)
     call book(bodies, march)
@@ -229,9 +233,11 @@ contains
     if (allocated(model%effects%mass_damping)) left = exp(-model%effects%mass_damping%rate*march%kick)
     do b = 1, bodies%n
       if (.not. bodies%moves(b)) cycle
-      march%before(:, b) = [bodies%velocity(:, b), bodies%spin(b)]
-      associate (force => march%loads%weight(:, b) + march%loads%load(1:2, b))
-        bodies%velocity(:, b) = bodies%velocity(:, b) + march%kick*bodies%inverse_mass(b)*force
+      march%before(1:2, b) = bodies%velocity(:, b)
+      march%before(3, b) = bodies%spin(b)
+      associate (push => march%kick*bodies%inverse_mass(b))
+        bodies%velocity(1, b) = bodies%velocity(1, b) + push*(march%loads%weight(1, b) + march%loads%load(1, b))
+        bodies%velocity(2, b) = bodies%velocity(2, b) + push*(march%loads%weight(2, b) + march%loads%load(2, b))
       end associate
       bodies%spin(b) = bodies%spin(b) + march%kick*bodies%inverse_inertia(b)*march%loads%load(3, b)
       if (.not. left < 1) cycle
@@ -264,27 +270,29 @@ contains
     integer :: b, i, k
 
     do b = 1, bodies%n
-      if (bodies%moves(b)) march%outcome%work = march%outcome%work + 0.5_dp*march%kick*dot_product(march%loads%load(:, b), &
-        march%before(:, b) + [bodies%velocity(:, b), bodies%spin(b)])
+      if (bodies%moves(b)) march%outcome%work = march%outcome%work + 0.5_dp*march%kick* &
+        (dot_product(march%loads%load(1:2, b), march%before(1:2, b) + bodies%velocity(:, b)) &
+         + march%loads%load(3, b)*(march%before(3, b) + bodies%spin(b)))
     end do
     march%outcome%work = march%outcome%work + work_of_ties(march%ties)
     do i = 1, march%rows%n
       do k = 1, march%rows%row(i)%n
-        march%friction = march%friction + abs(march%rows%row(i)%rub(k))*march%rows%row(i)%slid(k)/march%h
+        associate (point => march%rows%row(i)%point(k))
+          march%friction = march%friction + abs(point%rub)*point%slid/march%h
+        end associate
       end do
     end do
   end subroutine book
 
   !> Blocks asleep that others touch.
-  subroutine find_sleepers(state, bodies, reached)
+  subroutine find_sleepers(state, rows, reached)
     type(state_t), intent(in) :: state
-    type(bodies_t), intent(in) :: bodies
+    type(rows_t), intent(in) :: rows
     integer, allocatable, intent(out) :: reached(:)
-    integer :: blocks(2), p, side
+    integer :: blocks(2), i, side
 
-    do p = 1, bodies%near%n
-      if (.not. bodies%near%memory(p)%touches) cycle
-      blocks = bodies%body(bodies%near%piece(:, p))
+    do i = 1, rows%n
+      blocks = [rows%row(i)%a, rows%row(i)%b]
       do side = 1, 2
         if (state%sleep%island(blocks(side)) == 0) cycle
         if (.not. allocated(reached)) allocate (reached(0))
@@ -334,16 +342,17 @@ contains
     type(cache_t), intent(in) :: cache
     type(march_t), intent(in) :: march
     real(dp), intent(inout) :: stress(:, :)       !! (3, n_elements) force/length^2
-    real(dp) :: of_body(3, cache%bodies%n), force(2)
+    real(dp) :: of_body(3, cache%bodies%n)
     integer :: e, i, k
 
     of_body = 0.0_dp
     do i = 1, march%rows%n
       associate (row => march%rows%row(i))
         do k = 1, row%n
-          force = (row%push(k)*row%normal(:, k) + row%rub(k)*[-row%normal(2, k), row%normal(1, k)])/march%h
-          of_body(:, row%a) = of_body(:, row%a) - moment(force, row%arm_a(:, k))
-          of_body(:, row%b) = of_body(:, row%b) + moment(force, row%arm_b(:, k))
+          associate (point => row%point(k))
+            of_body(:, row%a) = of_body(:, row%a) - moment(point, point%arm_a)
+            of_body(:, row%b) = of_body(:, row%b) + moment(point, point%arm_b)
+          end associate
         end do
       end associate
     end do
@@ -354,12 +363,17 @@ contains
 
   contains
 
-    !> Symmetric part of a force times an arm: xx, yy, xy.
-    pure function moment(force, arm)
-      real(dp), intent(in) :: force(2), arm(2)
-      real(dp) :: moment(3)
+    !> Symmetric part of the force at a point times an arm: xx, yy, xy.
+    pure function moment(point, arm)
+      type(row_point_t), intent(in) :: point
+      real(dp), intent(in) :: arm(2)               !! (across, along)
+      real(dp) :: moment(3), force(2), x(2)
 
-      moment = [force(1)*arm(1), force(2)*arm(2), 0.5_dp*(force(1)*arm(2) + force(2)*arm(1))]
+      associate (n => point%normal)
+        force = (point%push*n + point%rub*[-n(2), n(1)])/march%h
+        x = arm(1)*n + arm(2)*[-n(2), n(1)]
+      end associate
+      moment = [force(1)*x(1), force(2)*x(2), 0.5_dp*(force(1)*x(2) + force(2)*x(1))]
     end function moment
 
   end subroutine add_stresses

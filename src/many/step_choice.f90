@@ -5,13 +5,14 @@
 !>
 !>     min(0.02 s/v, sqrt(s/g)/300) (a/0.01)^0.63
 !>
-!> for an accuracy a of the run-out: blocks overlap by v h when they meet, and settle under their weight in steps of sqrt(s/g). The
-!> numbers are measured (doc/small-steps.md). A step of the run has as many small ones as its size asks for at rest, times a power
-!> of two as its speed asks for, so that they change by halves and doubles.
+!> for an accuracy a of the run-out: blocks overlap by v h when they meet, and settle under their weight in steps of sqrt(s/g).
+!> A deepest overlap o over s may be given instead, for which the last factor is (o/0.015)^0.7. The
+!> numbers are measured (doc/small-steps.md). A step of the run has as many small ones of one size as this asks for.
 module scree_step_choice
   use scree_bodies, only: bodies_t
   use scree_kinds, only: dp
   use scree_model, only: model_t
+  use scree_scene, only: settings_t
   use scree_sorting, only: sort_by
   implicit none
   private
@@ -21,8 +22,10 @@ module scree_step_choice
   real(dp), parameter :: falls_of_step = 300.0_dp !! steps in sqrt(size/g), for 1 %
   real(dp), parameter :: measured_at = 0.01_dp    !! accuracy of both
   real(dp), parameter :: order = 0.63_dp          !! halves of the step for 1 % make it 3 %
+  real(dp), parameter :: overlap_then = 0.015_dp   !! deepest overlap over the size of a block, for 1 %
+  real(dp), parameter :: order_of_overlap = 0.7_dp !! half the step makes the overlap 0.37 times as deep
   real(dp), parameter :: small_ones = 0.05_dp     !! fraction of the blocks that may be smaller than the size
-  integer, parameter :: most_halves = 12
+  real(dp), parameter :: most_steps = 1e6_dp      !! of a step of the run
 
 contains
 
@@ -31,20 +34,22 @@ contains
     type(model_t), intent(in) :: model
     type(bodies_t), intent(in) :: bodies
     real(dp), intent(in) :: dt                    !! time
-    real(dp) :: factor, gravity, least, speed
-    integer :: halves
+    real(dp) :: gravity, least, needed, speed
 
-    factor = (model%settings%run_out/measured_at)**order
     least = size_of_small(pack(bodies%size, bodies%moves))
     gravity = largest_weight(model, bodies)
-    n = 1
-    if (gravity > 0) n = max(1, ceiling(dt*falls_of_step*sqrt(gravity/least)/factor*(1 - epsilon(1.0_dp))))
     speed = sqrt(maxval(sum(bodies%velocity**2, 1))) + gravity*dt
-    do halves = 1, most_halves
-      if (speed*dt/n <= factor*way_of_step*least) return
-      n = 2*n
-    end do
+    needed = dt*max(speed/(way_of_step*least), falls_of_step*sqrt(gravity/least))/factor_of(model%settings)
+    n = max(1, ceiling(min(needed*(1 - epsilon(needed)), most_steps)))
   end function number_of_steps
+
+  !> Size of a step over that for an accuracy of 1 %.
+  pure real(dp) function factor_of(settings) result(factor)
+    type(settings_t), intent(in) :: settings
+
+    factor = (settings%run_out/measured_at)**order
+    if (settings%step_overlap > 0) factor = (settings%step_overlap/overlap_then)**order_of_overlap
+  end function factor_of
 
   !> The size that one block in twenty is below.
   pure real(dp) function size_of_small(sizes) result(least)

@@ -9,7 +9,7 @@
 !> E. Catto, *Soft constraints* (GDC 2011) and *Solver2D* (2024); M. Macklin et al., *Small steps in physics simulation* (SCA 2019).
 module scree_sweeps
   use scree_bodies, only: bodies_t
-  use scree_contact_rows, only: last_colour, row_t, rows_t
+  use scree_contact_rows, only: in_frame, last_colour, parting_speed, row_point_t, row_t, rows_t
   use scree_kinds, only: dp, pi
   implicit none
   private
@@ -52,27 +52,33 @@ contains
   subroutine strike_again(row, bodies)
     type(row_t), intent(in) :: row
     type(bodies_t), intent(inout) :: bodies
+    real(dp) :: push, rub
     integer :: k
 
     do k = 1, row%n
-      call strike(row, k, row%push(k)*row%normal(:, k) + row%rub(k)*[-row%normal(2, k), row%normal(1, k)], bodies)
+      push = row%point(k)%push
+      rub = row%point(k)%rub
+      call strike(row%a, row%b, row%point(k), push, rub, bodies)
     end do
   end subroutine strike_again
 
-  !> Strikes both bodies of a row at a point.
-  subroutine strike(row, k, impulse, bodies)
-    type(row_t), intent(in) :: row
-    integer, intent(in) :: k
-    real(dp), intent(in) :: impulse(2)         !! on b
+  !> Strikes both bodies of a point.
+  subroutine strike(a, b, point, across, along, bodies)
+    integer, intent(in) :: a, b                !! bodies
+    type(row_point_t), intent(in) :: point
+    real(dp), intent(in) :: across, along      !! impulse on b
     type(bodies_t), intent(inout) :: bodies
+    real(dp) :: impulse(2)
 
-    if (bodies%moves(row%a)) then
-      bodies%velocity(:, row%a) = bodies%velocity(:, row%a) - bodies%inverse_mass(row%a)*impulse
-      bodies%spin(row%a) = bodies%spin(row%a) - bodies%inverse_inertia(row%a)*cross(row%arm_a(:, k), impulse)
+    impulse(1) = across*point%normal(1) - along*point%normal(2)
+    impulse(2) = across*point%normal(2) + along*point%normal(1)
+    if (bodies%moves(a)) then
+      bodies%velocity(:, a) = bodies%velocity(:, a) - bodies%inverse_mass(a)*impulse
+      bodies%spin(a) = bodies%spin(a) - bodies%inverse_inertia(a)*(point%arm_a(1)*along - point%arm_a(2)*across)
     end if
-    if (bodies%moves(row%b)) then
-      bodies%velocity(:, row%b) = bodies%velocity(:, row%b) + bodies%inverse_mass(row%b)*impulse
-      bodies%spin(row%b) = bodies%spin(row%b) + bodies%inverse_inertia(row%b)*cross(row%arm_b(:, k), impulse)
+    if (bodies%moves(b)) then
+      bodies%velocity(:, b) = bodies%velocity(:, b) + bodies%inverse_mass(b)*impulse
+      bodies%spin(b) = bodies%spin(b) + bodies%inverse_inertia(b)*(point%arm_b(1)*along - point%arm_b(2)*across)
     end if
   end subroutine strike
 
@@ -105,7 +111,7 @@ contains
     real(dp), intent(in) :: h                  !! time
     type(row_t), intent(inout) :: row
     type(bodies_t), intent(inout) :: bodies
-    real(dp) :: bias, change, iia, iib, ima, imb, impulse(2), limit, most_push, speed, t(2), va(2), vb(2), wa, wb
+    real(dp) :: bias, change, iia, iib, ima, imb, limit, most_push, speed, va(2), vb(2), wa, wb
     integer :: k
 
     va = bodies%velocity(:, row%a)
@@ -118,42 +124,44 @@ contains
     iib = bodies%inverse_inertia(row%b)
     most_push = most_pushed*min(bodies%size(row%a), bodies%size(row%b))/h
     do k = 1, row%n
-      speed = row%normal(1, k)*(vb(1) - wb*row%arm_b(2, k) - va(1) + wa*row%arm_a(2, k)) &
-              + row%normal(2, k)*(vb(2) + wb*row%arm_b(1, k) - va(2) - wa*row%arm_a(1, k))
-      if (row%gap(k) > 0 .and. .not. row%bonded) then
-        change = -row%mass_across(k)*(speed + row%gap(k)/h)
-      else if (with_bias) then
-        bias = max(bias_rate/h*row%gap(k), -most_push)
-        change = -row%mass_across(k)*mass_scale*(speed + bias) - impulse_scale*row%push(k)
-      else
-        change = -row%mass_across(k)*speed
-      end if
-      change = max(-row%strength(k), row%push(k) + change) - row%push(k)
-      row%push(k) = row%push(k) + change
-      impulse = change*row%normal(:, k)
-      va = va - ima*impulse
-      vb = vb + imb*impulse
-      wa = wa - iia*(row%arm_a(1, k)*impulse(2) - row%arm_a(2, k)*impulse(1))
-      wb = wb + iib*(row%arm_b(1, k)*impulse(2) - row%arm_b(2, k)*impulse(1))
+      associate (point => row%point(k), n => row%point(k)%normal)
+        speed = n(1)*(vb(1) - va(1)) + n(2)*(vb(2) - va(2)) - wb*point%arm_b(2) + wa*point%arm_a(2)
+        if (point%gap > 0 .and. .not. row%bonded) then
+          change = -point%mass_across*(speed + point%gap/h)
+        else if (with_bias) then
+          bias = max(bias_rate/h*point%gap, -most_push)
+          change = -point%mass_across*mass_scale*(speed + bias) - impulse_scale*point%push
+        else
+          change = -point%mass_across*speed
+        end if
+        change = max(-point%strength, point%push + change) - point%push
+        point%push = point%push + change
+        va(1) = va(1) - ima*change*n(1)
+        va(2) = va(2) - ima*change*n(2)
+        vb(1) = vb(1) + imb*change*n(1)
+        vb(2) = vb(2) + imb*change*n(2)
+        wa = wa + iia*point%arm_a(2)*change
+        wb = wb - iib*point%arm_b(2)*change
+      end associate
     end do
     do k = 1, row%n
-      t(1) = -row%normal(2, k)
-      t(2) = row%normal(1, k)
-      speed = t(1)*(vb(1) - wb*row%arm_b(2, k) - va(1) + wa*row%arm_a(2, k)) &
-              + t(2)*(vb(2) + wb*row%arm_b(1, k) - va(2) - wa*row%arm_a(1, k))
-      if (with_bias) then
-        change = -row%mass_along(k)*mass_scale*(speed + bias_rate/h*row%held(k)) - impulse_scale*row%rub(k)
-      else
-        change = -row%mass_along(k)*speed
-      end if
-      limit = row%friction(k)*max(0.0_dp, row%push(k)) + row%cohesion(k)
-      change = max(-limit, min(limit, row%rub(k) + change)) - row%rub(k)
-      row%rub(k) = row%rub(k) + change
-      impulse = change*t
-      va = va - ima*impulse
-      vb = vb + imb*impulse
-      wa = wa - iia*(row%arm_a(1, k)*impulse(2) - row%arm_a(2, k)*impulse(1))
-      wb = wb + iib*(row%arm_b(1, k)*impulse(2) - row%arm_b(2, k)*impulse(1))
+      associate (point => row%point(k), n => row%point(k)%normal)
+        speed = n(1)*(vb(2) - va(2)) - n(2)*(vb(1) - va(1)) + wb*point%arm_b(1) - wa*point%arm_a(1)
+        if (with_bias) then
+          change = -point%mass_along*mass_scale*(speed + bias_rate/h*point%held) - impulse_scale*point%rub
+        else
+          change = -point%mass_along*speed
+        end if
+        limit = point%friction*max(0.0_dp, point%push) + point%cohesion
+        change = max(-limit, min(limit, point%rub + change)) - point%rub
+        point%rub = point%rub + change
+        va(1) = va(1) + ima*change*n(2)
+        va(2) = va(2) - ima*change*n(1)
+        vb(1) = vb(1) - imb*change*n(2)
+        vb(2) = vb(2) + imb*change*n(1)
+        wa = wa - iia*point%arm_a(1)*change
+        wb = wb + iib*point%arm_b(1)*change
+      end associate
     end do
     if (ima > 0) then
       bodies%velocity(:, row%a) = va
@@ -171,27 +179,31 @@ contains
     real(dp), intent(in) :: h                  !! time
     type(bodies_t), intent(in) :: bodies       !! with the velocities of the step
     type(rows_t), intent(inout) :: rows
-    real(dp) :: apart(2), limit, slip, way_a(2), way_b(2)
+    real(dp) :: apart(2), limit, turn_a, turn_b, way(2), way_a(2), way_b(2)
     integer :: i, k
 
     !$omp do schedule(static)
     do i = 1, rows%n
-      associate (row => rows%row(i), wa => bodies%spin(rows%row(i)%a), wb => bodies%spin(rows%row(i)%b))
+      associate (row => rows%row(i))
+        turn_a = h*bodies%spin(row%a)
+        turn_b = h*bodies%spin(row%b)
+        way(1) = h*(bodies%velocity(1, row%b) - bodies%velocity(1, row%a))
+        way(2) = h*(bodies%velocity(2, row%b) - bodies%velocity(2, row%a))
         do k = 1, row%n
-          way_a = h*wa*[-row%arm_a(2, k), row%arm_a(1, k)]
-          way_b = h*wb*[-row%arm_b(2, k), row%arm_b(1, k)]
-          apart = h*(bodies%velocity(:, row%b) - bodies%velocity(:, row%a)) + way_b - way_a
-          slip = row%normal(1, k)*apart(2) - row%normal(2, k)*apart(1)
-          row%gap(k) = row%gap(k) + dot_product(row%normal(:, k), apart)
-          row%held(k) = row%held(k) + slip
-          limit = row%friction(k)*max(0.0_dp, row%push(k)) + row%cohesion(k)
-          row%slid(k) = 0.0_dp
-          if (limit <= 0 .or. abs(row%rub(k)) >= at_limit*limit) then
-            row%held(k) = 0.0_dp
-            row%slid(k) = abs(slip)
-          end if
-          row%arm_a(:, k) = row%arm_a(:, k) + way_a + 0.5_dp*apart
-          row%arm_b(:, k) = row%arm_b(:, k) + way_b - 0.5_dp*apart
+          associate (point => row%point(k))
+            way_a = turn_a*[-point%arm_a(2), point%arm_a(1)]
+            way_b = turn_b*[-point%arm_b(2), point%arm_b(1)]
+            apart = in_frame(way, point%normal) + way_b - way_a
+            point%gap = point%gap + apart(1)
+            point%held = point%held + apart(2)
+            limit = point%friction*max(0.0_dp, point%push) + point%cohesion
+            if (limit <= 0 .or. abs(point%rub) >= at_limit*limit) then
+              point%held = 0.0_dp
+              point%slid = abs(apart(2))
+            end if
+            point%arm_a = point%arm_a + way_a + 0.5_dp*apart
+            point%arm_b = point%arm_b + way_b - 0.5_dp*apart
+          end associate
         end do
       end associate
     end do
@@ -204,48 +216,40 @@ contains
     real(dp), intent(in) :: least_speed        !! slower ones do not bounce, length/time
     type(rows_t), intent(inout) :: rows
     type(bodies_t), intent(inout) :: bodies
-    real(dp) :: apart(2), change, limit, t(2)
+    real(dp) :: change, limit
     integer :: i, k, round
 
     do round = 1, sweeps_of_bounces
       do i = 1, rows%n
         associate (row => rows%row(i))
           do k = 1, row%n
-            if (row%came(k) > -least_speed .or. row%push(k) <= 0) cycle
-            apart = parting(row, k, bodies)
-            change = row%mass_across(k)*(dot_product(row%normal(:, k), apart) + row%restitution(k)*row%came(k))
-            change = max(0.0_dp, row%push(k) - change) - row%push(k)
-            row%push(k) = row%push(k) + change
-            call strike(row, k, change*row%normal(:, k), bodies)
-            t = [-row%normal(2, k), row%normal(1, k)]
-            apart = parting(row, k, bodies)
-            limit = row%friction(k)*row%push(k) + row%cohesion(k)
-            change = max(-limit, min(limit, row%rub(k) - row%mass_along(k)*dot_product(t, apart))) - row%rub(k)
-            row%rub(k) = row%rub(k) + change
-            call strike(row, k, change*t, bodies)
+            associate (point => row%point(k))
+              if (point%came > -least_speed .or. point%push <= 0) cycle
+              change = point%mass_across*(parting_speed(row%a, row%b, point, bodies) + point%restitution*point%came)
+              change = max(0.0_dp, point%push - change) - point%push
+              point%push = point%push + change
+              call strike(row%a, row%b, point, change, 0.0_dp, bodies)
+              limit = point%friction*point%push + point%cohesion
+              change = point%rub - point%mass_along*slip_speed(row%a, row%b, point, bodies)
+              change = max(-limit, min(limit, change)) - point%rub
+              point%rub = point%rub + change
+              call strike(row%a, row%b, point, 0.0_dp, change, bodies)
+            end associate
           end do
         end associate
       end do
     end do
   end subroutine bounce
 
-  !> Velocity at which the sides of a point part (2), length/time.
-  pure function parting(row, k, bodies)
-    type(row_t), intent(in) :: row
-    integer, intent(in) :: k
+  !> Speed at which the sides of a point slide along its edge.
+  pure real(dp) function slip_speed(a, b, point, bodies) result(speed)
+    integer, intent(in) :: a, b                !! its bodies
+    type(row_point_t), intent(in) :: point
     type(bodies_t), intent(in) :: bodies
-    real(dp) :: parting(2)
 
-    associate (va => bodies%velocity(:, row%a), vb => bodies%velocity(:, row%b), wa => bodies%spin(row%a), wb => bodies%spin(row%b))
-      parting = vb + wb*[-row%arm_b(2, k), row%arm_b(1, k)] - va - wa*[-row%arm_a(2, k), row%arm_a(1, k)]
-    end associate
-  end function parting
-
-  !> Of two vectors.
-  pure real(dp) function cross(a, b)
-    real(dp), intent(in) :: a(2), b(2)
-
-    cross = a(1)*b(2) - a(2)*b(1)
-  end function cross
+    speed = point%normal(1)*(bodies%velocity(2, b) - bodies%velocity(2, a)) &
+            - point%normal(2)*(bodies%velocity(1, b) - bodies%velocity(1, a)) &
+            + bodies%spin(b)*point%arm_b(1) - bodies%spin(a)*point%arm_a(1)
+  end function slip_speed
 
 end module scree_sweeps

@@ -6,24 +6,28 @@ module scree_bodies
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bodies_t, near_t, pair_memory_t
+  public :: bodies_t, near_t, pair_memory_t, point_memory_t
 
-  !> What the two points at which a pair of pieces meets remember; slot 1 and 2 are the ends of what the two have in common.
+  !> What a point at which a pair of pieces meets remembers.
+  type :: point_memory_t
+    integer :: vertex = 0                !! of the outlines, that the point is at; 0: there is no point
+    integer :: edge = 0                  !! of the outlines, that it is on
+    integer :: joint = 1                 !! joint material
+    logical :: slides = .false.          !! friction was at its limit in the step
+    real(dp) :: push = 0.0_dp            !! impulse of the last step across the edge, force time per unit thickness
+    real(dp) :: rub = 0.0_dp             !! along it
+    real(dp) :: held = 0.0_dp            !! slip that friction holds, length
+    real(dp) :: bond = 0.0_dp            !! length of joint that holds together, 0: none, length
+    real(dp) :: slid = 0.0_dp            !! way that it has slid, length
+    real(dp) :: gap = 0.0_dp             !! at the end of the step; below 0: overlap, length
+    real(dp) :: normal(2) = 0.0_dp       !! from the first piece to the second
+  end type point_memory_t
+
+  !> What a pair of pieces remembers.
   type :: pair_memory_t
     logical :: touches = .false.
-    logical :: handed_on = .false.       !! its forces are those of steps that solve for them: no slip is known to them
-    integer :: vertex(2) = 0             !! of the outlines, that each point is at; 0: there is no point
-    integer :: edge(2) = 0               !! of the outlines, that it is on
-    integer :: joint(2) = 1              !! joint material
-    real(dp) :: push(2) = 0.0_dp         !! impulse of the last step across the edge, force time per unit thickness
-    real(dp) :: rub(2) = 0.0_dp          !! along it
-    real(dp) :: held(2) = 0.0_dp         !! slip that friction holds, length
-    real(dp) :: normal(2, 2) = 0.0_dp    !! (xy, slot) from the first piece to the second
-    real(dp) :: bond(2) = 0.0_dp         !! length of joint that holds together, 0: none, length
-    real(dp) :: slid(2) = 0.0_dp         !! way that it has slid, length
-    real(dp) :: gap(2) = 0.0_dp          !! at the end of the step; below 0: overlap, length
-    logical :: slides(2) = .false.       !! friction was at its limit in the step
     integer :: strained = 0              !! steps in a row in which its bonds were at their limits
+    type(point_memory_t) :: point(2)     !! at the two ends of what the pieces have in common
   end type pair_memory_t
 
   !> Pairs of pieces near each other, in the order of their first and then of their second piece.
@@ -33,6 +37,7 @@ module scree_bodies
     integer, allocatable :: edge(:)      !! (n) where to look first for the line that separates or leads; 0: anywhere
     integer, allocatable :: vertex(:)    !! (n)
     type(pair_memory_t), allocatable :: memory(:) !! (n)
+    real(dp), allocatable :: apart_until(:) !! (n) value of `moved` until which a pair that was apart cannot touch, length
     real(dp) :: skin = 0.0_dp            !! up to which pieces are near, length
     real(dp) :: moved = 0.0_dp           !! way that any of them may have gone since, length
   end type near_t

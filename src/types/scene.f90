@@ -159,6 +159,7 @@ module scree_scene
     real(dp) :: least_step = 0.0_dp         !! a step that must be smaller ends the run, time
     integer :: threads = 1                  !! that small steps may use, of the command line
     real(dp) :: run_out = 0.01_dp           !! likewise of small steps, by which they choose their size
+    real(dp) :: step_overlap = 0.0_dp       !! of blocks over their size, by which small steps choose theirs; 0: by run_out
     real(dp) :: aim = 0.0_dp                !! fraction of its displacement that the run may be off by; 0: steps as given
     real(dp) :: balance = -1.0_dp           !! fraction of the forces out of balance at which a static run ends; below 0: none
     real(dp) :: sleep = 0.0_dp              !! fraction of weight and speed below which bodies at rest fall asleep, 0: none does

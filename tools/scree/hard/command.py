@@ -1,11 +1,13 @@
 """Runs hard scenes and prints case | size | step | strain | restitution | verdict | worst figures | steps, cuts, solves | s | peers.
 
-    tools/hard [CASE ...] [--edges 1e-3 1 1e3] [--steps 5 1] [--strains auto small green] [--restitutions none 0 0.5 1] [--vary | --all]
-               [--random N [--first NUMBER]] [--limit SECONDS] [--sheet PICTURE.png] [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER] [--list]
+    tools/hard [CASE ...] [--edges 1e-3 1 1e3] [--steps 5 1] [--strains auto small green] [--restitutions none 0 0.5 1]
+               [--schemes auto small_steps] [--vary | --all] [--random N [--first NUMBER]] [--limit SECONDS] [--sheet PICTURE.png]
+               [--set GROUP.NAME=VALUE] [--scree PROGRAM] [--keep FOLDER] [--list]
 
-Without a case, all of them run. Settings are the defaults, except for four that are varied: the edge of a block in m, the step in ms
-for an edge of 1 m (times grow with the root of the edge, stiffness with the edge), strain, restitution. --vary varies one at a time,
---all all together. doc/stability.md says what is judged. A run is stopped after the limit.
+Without a case, all of them run. Settings are the defaults, except for five that are varied: the edge of a block in m, the step in ms
+for an edge of 1 m (times grow with the root of the edge, stiffness with the edge), strain, restitution, integrator (small
+steps with an accuracy of 1e-3). --vary varies one of the first four at a time, --all these together. doc/stability.md says what
+is judged. A run is stopped after the limit.
 
 Exit status 0 when every run passes or is rightly refused, 1 when one does not, 2 when the program is missing.
 Needs Debian's python3-numpy, python3-h5py and, for the sheet, python3-matplotlib.
@@ -26,9 +28,13 @@ from .scene import EDGE, STEPS, Size
 
 COLUMNS = [
     ("case", "case", "", -16), ("edge", "edge", "g", 6), ("ms", "step", "g", 3), ("strain", "strain", "", -6),
-    ("e", "restitution", "", -4), ("verdict", "verdict", "", -7), ("overlap", "overlap", ".1e", 8), ("gain", "gain", ".0e", 6),
-    ("area", "area", ".0e", 6), ("travel", "travel", ".1e", 8), ("steps", "steps", "d", 6), ("cut", "cuts", "d", 5),
+    ("e", "restitution", "", -4), ("scheme", "scheme", "", -11), ("verdict", "verdict", "", -7),
+    ("overlap", "overlap", ".1e", 8), ("gain", "gain", ".0e", 6), ("area", "area", ".0e", 6), ("travel", "travel", ".1e", 8),
+    ("steps", "steps", "d", 6), ("cut", "cuts", "d", 5),
     ("solves", "solves", "d", 7), ("s", "seconds", ".1f", 7), ("peers", "peers", "", -56), ("", "why", "", -8)]
+
+
+SMALL_STEPS = 1e-3   # their accuracy, at which loads near a limit stay up
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,15 +45,17 @@ class Way:
     step: float = 1e3 * STEPS[0]   # ms, for an edge of 1 m
     strain: str = "auto"
     restitution: str = "none"
+    scheme: str = "auto"
 
     def settings(self):
         settings = [f"method.strain={self.strain}"] if self.strain != "auto" else []
+        settings += ["integrator.scheme=small_steps", f"step.accuracy={SMALL_STEPS}"] if self.scheme == "small_steps" else []
         return settings + ([f"contact.restitution={self.restitution}"] if self.restitution != "none" else [])
 
 
 def ways(given):
     """The ways that are asked for."""
-    axes = {"edge": given.edges, "step": given.steps, "strain": given.strains, "restitution": given.restitutions}
+    axes = {"edge": given.edges, "step": given.steps, "strain": given.strains, "restitution": given.restitutions, "scheme": given.schemes}
     if given.vary:
         base = Way()
         others = {"edge": [1e-3, 1e3], "step": [1e3 * STEPS[1]], "strain": ["small", "green"], "restitution": ["0", "0.5", "1"]}
@@ -65,8 +73,8 @@ def runs_of(names, ways):
 
 def run(name, way, folder, path, settings=(), limit=0.0):
     """Runs a case one way; its judgement, its seconds, and its results file where there is one."""
-    return run_scene(CASES[name].make(), f"{name}-{way.edge:g}-{way.step:g}-{way.strain}-{way.restitution}", way, folder, path, settings,
-                     limit)
+    words = "-".join([name, f"{way.edge:g}", f"{way.step:g}", way.strain, way.restitution, way.scheme])
+    return run_scene(CASES[name].make(), words, way, folder, path, settings, limit)
 
 
 def run_scene(scene, name, way, folder, path, settings=(), limit=0.0):
@@ -122,6 +130,7 @@ def arguments():
     parser.add_argument("--steps", type=above_zero, nargs="+", default=[base.step], help="ms, for an edge of 1 m")
     parser.add_argument("--strains", nargs="+", default=[base.strain], choices=("auto", "small", "green"))
     parser.add_argument("--restitutions", nargs="+", default=[base.restitution], help="none, or numbers from 0 to 1")
+    parser.add_argument("--schemes", nargs="+", default=[base.scheme], choices=("auto", "small_steps"), help="integrators")
     parser.add_argument("--vary", action="store_true", help="the way of all defaults, and from it one thing at a time")
     parser.add_argument("--all", action="store_true", help="72 ways a case")
     parser.add_argument("--random", type=whole_from(1), default=0, metavar="N", help="N scenes drawn at random, with options at random, instead")

@@ -36,7 +36,9 @@ def names_a_block(words):
 
 
 def refusal(scene, words):
-    """The judgement of a run that was refused or stopped with these words."""
+    """The judgement of a run that was refused or stopped with these words. Small steps may refuse what they cannot do."""
+    if "integrator.scheme='small_steps' only" in words:
+        return Judgement(REFUSED, words)
     if not names_a_block(words):
         return Judgement(FAILS, f"stops without block or reason: {words}")
     return Judgement(REFUSED if scene.may_refuse else FAILS, words)
