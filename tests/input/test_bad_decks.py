@@ -295,7 +295,7 @@ def test_bad_deck_is_refused_in_one_line(name, tmp_path):
 
 
 @pytest.mark.parametrize("option, expected", [
-    ("step.size=0", "above 0"), ("step.size", "GROUP.NAME=VALUE"), ("step.siz=1", "size, count, end_time, travel, control, accuracy, least"),
+    ("step.size=0", "above 0"), ("step.size", "GROUP.NAME=VALUE"), ("step.siz=1", "size, count, end_time, travel, control, accuracy, overlap, least"),
     ("stp.size=1", "one of the groups"), ("method.model=", "GROUP.NAME=VALUE"), ("method.model=fem", "dda, nmm")])
 def test_bad_option_is_refused(option, expected, tmp_path):
     (tmp_path / "g.geo").write_text(GEOMETRY)
