@@ -116,12 +116,11 @@ contains
     type(rigid_bodies_t) :: bodies
     type(impulse_problem_t) :: problem
     type(impulses_t) :: impulses
-    real(dp), dimension(size(d)) :: velocity, acceleration, deformation
+    real(dp), dimension(size(d)) :: velocity, acceleration
     real(dp), allocatable, dimension(:, :) :: before, by_loads, of_step, pushed
-    type(gap_and_slip_t) :: now
     type(strikers_t) :: strikers
     type(course_t) :: course
-    real(dp) :: barred, deeper, deepest, e, loss(size(bearing))
+    real(dp) :: barred, e, loss(size(bearing))
     integer :: i
 
     call set_up_problem(model, cache, state, impact%part_of, d, try, bearing, bodies, problem)
@@ -132,15 +131,7 @@ contains
     of_step = motion_of(model, cache, state, bodies, velocity) - rule%velocity_weight/rule%displacement_weight*pushed
     before = of_step
     by_loads = of_step - motion_of(model, cache, state, bodies, state%velocity)
-    call set_least(bearing, by_loads, problem)
-    call solve_compression(problem, by_loads, impulses)
-    do i = 1, size(bearing)
-      associate (own => bearing(i))
-        loss(i) = max(0.0_dp, own%force(1) - merge(0.0_dp, own%before(1), own%closes) &
-                              - impulses%P(1, i)/(rule%velocity_weight*rule%dt))
-        if (own%closes) own%kept = own%force(1) - loss(i)
-      end associate
-    end do
+    call find_loss(rule, by_loads, problem, bearing, loss)
     call bear_until_met(problem, bearing, before)
     barred = barred_energy(problem, bearing, of_step + before, try)
     do i = 1, size(bearing)
@@ -156,8 +147,51 @@ contains
       return
     end if
     e = restitution_of(model, bodies, rule, try%law, problem, bearing, of_step - by_loads, by_loads)
+    call set_depths(model, rule, d, deformation_of(model, cache, state, impact%part_of, d, bearing), loss, bearing, try, problem)
+    call solve_compression(problem, 0*pushed, impulses)
+    pushed = pushed + impulses%motion
+    bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :) ! what it pushes out belongs to it
+    call go_on_in_turn(problem, strikers, e, barred, before, bearing, pushed)
+    call add_motion(model, cache, state, bodies, pushed, impact%push)
+    impact%among(bodies%element) = .true.
+  end subroutine push_island
 
-    deformation = deformation_of(model, cache, state, impact%part_of, d, bearing)
+  !> Force that each contact loses because the step is repeated without the impact: its force at the end of the step, less its force
+  !> before the step and the force by loads. Contacts that close keep the rest.
+  subroutine find_loss(rule, by_loads, problem, bearing, loss)
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: by_loads(:, :)       !! (3, n_bodies) motion that loads make in the step
+    type(impulse_problem_t), intent(inout) :: problem !! gets the least velocities across of this motion
+    type(bearing_t), intent(inout) :: bearing(:)
+    real(dp), intent(out) :: loss(:)             !! (n) force per unit thickness
+    type(impulses_t) :: impulses
+    integer :: i
+
+    call set_least(bearing, by_loads, problem)
+    call solve_compression(problem, by_loads, impulses)
+    do i = 1, size(bearing)
+      associate (own => bearing(i))
+        loss(i) = max(0.0_dp, own%force(1) - merge(0.0_dp, own%before(1), own%closes) &
+                              - impulses%P(1, i)/(rule%velocity_weight*rule%dt))
+        if (own%closes) own%kept = own%force(1) - loss(i)
+      end associate
+    end do
+  end subroutine find_loss
+
+  !> Releases the springs that an impact pressed, and sets the velocities by which bodies move out of the depth that it pressed them
+  !> to. At a contact without a force this depth is the penetration of the bodies as rigid ones.
+  subroutine set_depths(model, rule, d, deformation, loss, bearing, try, problem)
+    type(model_t), intent(in) :: model
+    type(step_rule_t), intent(in) :: rule
+    real(dp), intent(in) :: d(:), deformation(:) !! (n_unknowns) of the step, and the part of it that deforms bodies
+    real(dp), intent(in) :: loss(:)              !! (n) of `find_loss`
+    type(bearing_t), intent(in) :: bearing(:)
+    type(contact_try_t), intent(inout) :: try
+    type(impulse_problem_t), intent(inout) :: problem
+    type(gap_and_slip_t) :: now
+    real(dp) :: deeper, deepest
+    integer :: i
+
     deepest = by_bodies*maxval(bearing%depth, mask=bearing%closes)
     problem%least = 0.0_dp
     do i = 1, size(bearing)
@@ -171,13 +205,7 @@ contains
         end if
       end associate
     end do
-    call solve_compression(problem, 0*pushed, impulses)
-    pushed = pushed + impulses%motion
-    bearing%impulse(1) = bearing%impulse(1) + impulses%P(1, :) ! what it pushes out belongs to it
-    call go_on_in_turn(problem, strikers, e, barred, before, bearing, pushed)
-    call add_motion(model, cache, state, bodies, pushed, impact%push)
-    impact%among(bodies%element) = .true.
-  end subroutine push_island
+  end subroutine set_depths
 
   !> Replaces the push of an island where impacts with a restitution follow each other in the step: by the push that brings rigid
   !> bodies to where these impacts have them. One impact alone leaves its bodies together until the step ends.
