@@ -21,19 +21,19 @@ module scree_body_overlap
   real(dp), parameter :: as_deep = 1e-3_dp               !! of a depth: one that exceeds it by less is the same
 
   !> A corner of the common area of two bodies.
-  type :: corner_t
+  type :: overlap_corner_t
     real(dp) :: position(2) = 0.0_dp !! length
     integer :: vertex = 0         !! of the outlines; 0 where two edges cross
     integer :: edge(2) = 0        !! of the first and the second body, where these cross
     integer :: piece = 0          !! of the common area
     real(dp) :: swept = 0.0_dp    !! twice the area between the first corner and the stretches of outline that end there, length^2
     real(dp) :: way(2) = 0.0_dp   !! from the beginning of these stretches to their end, length
-  end type corner_t
+  end type overlap_corner_t
 
   !> The common area of two bodies; empty where `corner` is.
   type :: body_overlap_t
     integer :: body(2) = 0                    !! blocks
-    type(corner_t), allocatable :: corner(:)
+    type(overlap_corner_t), allocatable :: corner(:)
     real(dp) :: rounding = 0.0_dp             !! a distance below is none, length
   end type body_overlap_t
 
@@ -122,7 +122,8 @@ contains
             gap = [gap_of(a1, b1, b2), gap_of(a2, b1, b2), gap_of(b1, a1, a2), gap_of(b2, a1, a2)]
             if (max(min(gap(1), gap(2)), min(gap(3), gap(4))) < -overlap%rounding .and. &
                 min(max(gap(1), gap(2)), max(gap(3), gap(4))) > overlap%rounding) & ! else an end is on the other edge
-              overlap%corner = [overlap%corner, corner_t(a1 + gap(1)/(gap(1) - gap(2))*(a2 - a1), edge=[near_a(i), near_b(j)])]
+              overlap%corner = [overlap%corner, overlap_corner_t(a1 &
+                  + gap(1)/(gap(1) - gap(2))*(a2 - a1), edge=[near_a(i), near_b(j)])]
           end associate
         end do
       end associate
@@ -134,14 +135,14 @@ contains
     !> The vertices that begin some edges and are inside a body or on its outline.
     pure function vertices_in(near, body) result(corner)
       integer, intent(in) :: near(:), body(:) !! edges
-      type(corner_t), allocatable :: corner(:)
+      type(overlap_corner_t), allocatable :: corner(:)
       logical :: inside(size(near))
       integer :: k
 
       do k = 1, size(near)
         inside(k) = is_in(outlines, position, body, position(:, outlines%start(near(k))), overlap%rounding)
       end do
-      corner = [(corner_t(position(:, outlines%start(near(k))), near(k)), k=1, size(near))]
+      corner = [(overlap_corner_t(position(:, outlines%start(near(k))), near(k)), k=1, size(near))]
       corner = pack(corner, inside)
     end function vertices_in
 
@@ -217,7 +218,7 @@ contains
   pure logical function has_area(overlap, piece)
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: piece
-    type(corner_t), allocatable :: corner(:)
+    type(overlap_corner_t), allocatable :: corner(:)
     real(dp) :: extent(2), middle(2), way(2)
     integer :: k
 
@@ -290,7 +291,7 @@ contains
     type(body_overlap_t), intent(in) :: overlap
     integer, intent(in) :: piece
     integer, allocatable :: out(:)
-    type(corner_t), allocatable :: corner(:)
+    type(overlap_corner_t), allocatable :: corner(:)
     integer :: m, which
 
     allocate (out(0))
@@ -346,7 +347,7 @@ contains
 
     !> Gap of a corner at the line of an edge.
     pure real(dp) function gap_at(corner, edge)
-      type(corner_t), intent(in) :: corner
+      type(overlap_corner_t), intent(in) :: corner
       integer, intent(in) :: edge
 
       gap_at = gap_of(corner%position, position(:, outlines%start(edge)), position(:, outlines%finish(edge)))

@@ -20,13 +20,18 @@ module scree_body_search
   private
   public :: beyond_way, draw_circles, list_all, list_unclear, move_circles, near_at_rest, reach_of, room, searches
 
-  real(dp), parameter :: deepest = 0.05_dp        !! of the edges about, beyond whose ends their line is looked at for overlaps
-  real(dp), parameter :: near_at_rest = 1e-3_dp   !! of the edges about, that is near at rest
-  real(dp), parameter :: beyond_way = 1.2_dp      !! times the way by its velocity that a vertex may go
-  real(dp), parameter :: room = 0.02_dp           !! of the edges about, that is looked at beyond the reach of contacts
-  real(dp), parameter :: spare = 0.25_dp          !! of the longest side of a body, that it may go before circles are drawn anew
-  real(dp), parameter :: steps = 20.0_dp          !! that it may make at its velocity until then, likewise
-  real(dp), parameter :: many = 16.0_dp           !! times as far a body may go that is clear of others
+  !> Distance beyond the end of an edge up to which a vertex may cross its line, over the length of the edges about.
+  real(dp), parameter :: deepest = 0.05_dp
+  !> Distance up to which a contact at rest is found, over the length of the edges about.
+  real(dp), parameter :: near_at_rest = 1e-3_dp
+  !> Displacement that the search allows for in a step, over that by the velocity.
+  real(dp), parameter :: beyond_way = 1.2_dp
+  !> Distance beyond the reach of contacts that circles contain, over the length of the edges about.
+  real(dp), parameter :: room = 0.02_dp
+  !> Displacement of a body after which its circle is drawn anew, over its longest side; or else in steps at its velocity.
+  real(dp), parameter :: spare = 0.25_dp, steps = 20.0_dp
+  !> A body that is clear of others may go this many times as far.
+  real(dp), parameter :: many = 16.0_dp
 
 contains
 
@@ -35,24 +40,24 @@ contains
   !> The line of an edge may be crossed beyond its end, up to a distance of the overlap over the sine of the corner. A contact that
   !> is found or lost there would add or remove the energy of its spring. The reach covers this distance, except at corners that
   !> turn by less than `parallel`.
-  elemental real(dp) function reach_of(law, margin, pressed, way, edge, side) result(near)
+  elemental real(dp) function reach_of(law, extra_reach, pressed, way, edge, side) result(near)
     type(contact_law_t), intent(in) :: law
-    real(dp), intent(in) :: margin               !! that the search adds to the way, length
+    real(dp), intent(in) :: extra_reach          !! added to the displacement by the velocity, length
     real(dp), intent(in) :: pressed              !! largest overlap of a spring of the body, length
-    real(dp), intent(in) :: way                  !! by the velocity, length
-    real(dp), intent(in) :: edge                 !! shortest about, length
-    real(dp), intent(in) :: side                 !! shortest about, length
+    real(dp), intent(in) :: way                  !! displacement by the velocity, length
+    real(dp), intent(in) :: edge                 !! shortest edge about, length
+    real(dp), intent(in) :: side                 !! shortest side about, length
 
-    near = reach_in_motion(law%leap, margin, pressed, way, edge, side)
+    near = reach_in_motion(law%largest_jump, extra_reach, pressed, way, edge, side)
     call set_reach(law, near)
   end function reach_of
 
   !> Likewise where contacts are looked for as far as vertices move.
-  elemental real(dp) function reach_in_motion(leap, margin, pressed, way, edge, side) result(near)
-    real(dp), intent(in) :: leap                 !! of the sides about, that a vertex may move beyond what its velocity makes
-    real(dp), intent(in) :: margin, pressed, way, edge, side !! length
+  elemental real(dp) function reach_in_motion(largest_jump, extra_reach, pressed, way, edge, side) result(near)
+    real(dp), intent(in) :: largest_jump         !! largest displacement beyond that by the velocity, over the sides about
+    real(dp), intent(in) :: extra_reach, pressed, way, edge, side !! length
 
-    near = beyond_way*way + min(margin, leap*side) + near_at_rest*edge + min(pressed/sin(parallel), deepest*edge)
+    near = beyond_way*way + min(extra_reach, largest_jump*side) + near_at_rest*edge + min(pressed/sin(parallel), deepest*edge)
   end function reach_in_motion
 
   !> Whether bodies are looked for before their vertices are; else all vertices are looked at in each step.
@@ -64,60 +69,61 @@ contains
 
   !> Draws the circles anew if a body may leave its circle in a step of size `dt`, by its velocity or by the displacement of the try
   !> before.
-  subroutine draw_circles(model, state, dt, margin, bodies, drawn, leapt)
+  subroutine draw_circles(model, state, dt, extra_reach, bodies, drawn, jumped)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
-    real(dp), intent(in) :: margin(:)             !! (n_blocks) that the search adds to the way of a vertex, length
+    real(dp), intent(in) :: extra_reach(:)        !! (n_blocks) that the search adds to the way of a vertex, length
     type(body_search_t), intent(inout) :: bodies
     logical, intent(out) :: drawn
-    real(dp), intent(in), optional :: leapt(:)    !! (n_unknowns) displacement of the try before
+    real(dp), intent(in), optional :: jumped(:)   !! (n_unknowns) displacement of the try before
     real(dp), allocatable :: reach(:), way(:)
     integer :: i
 
     drawn = .not. allocated(bodies%reach)
-    if (.not. drawn) drawn = maxval(margin) > bodies%margin .or. state%contacts%pressed > bodies%pressed
-    if (drawn) call measure_bodies(model, state, maxval(margin), state%contacts%pressed, bodies)
+    if (.not. drawn) drawn = maxval(extra_reach) > bodies%extra_reach .or. state%contacts%pressed > bodies%pressed
+    if (drawn) call measure_bodies(model, state, maxval(extra_reach), state%contacts%pressed, bodies)
     way = bodies%speed
     call find_largest(model, state%velocity, bodies, way)
     bodies%speed = way
-    if (present(leapt)) then
+    if (present(jumped)) then
       way = 0.0_dp
-      call find_largest(model, leapt, bodies, way)
+      call find_largest(model, jumped, bodies, way)
       bodies%speed = max(bodies%speed, way/dt)
     end if
     do i = 1, size(model%free_block)
       if (drawn) exit
       associate (b => model%free_block(i))
-        drawn = bodies%moved(b) + reach_in_step(model, state, margin(b), bodies%longest(b) + 2*bodies%moved(b), &
+        drawn = bodies%moved(b) + reach_in_step(model, state, extra_reach(b), bodies%longest(b) + 2*bodies%moved(b), &
                                                 dt*bodies%speed(b)) > bodies%reach(b)
       end associate
     end do
     if (.not. drawn) return
-    call measure_bodies(model, state, maxval(margin), state%contacts%pressed, bodies)
+    call measure_bodies(model, state, maxval(extra_reach), state%contacts%pressed, bodies)
     associate (b => model%free_block)
-      reach = reach_in_step(model, state, margin(b), bodies%longest(b), dt*bodies%speed(b)) + steps*dt*bodies%speed(b) &
+      reach = reach_in_step(model, state, extra_reach(b), bodies%longest(b), dt*bodies%speed(b)) + steps*dt*bodies%speed(b) &
               + spare*bodies%longest(b)
     end associate
     call find_near(model, state, reach, bodies)
   end subroutine draw_circles
 
   !> How far contacts of a body are looked for in a step, length.
-  elemental real(dp) function reach_in_step(model, state, margin, longest, way) result(reach)
+  elemental real(dp) function reach_in_step(model, state, extra_reach, longest, way) result(reach)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    real(dp), intent(in) :: margin                !! that the search adds to the way of a vertex, length
+    real(dp), intent(in) :: extra_reach           !! that the search adds to the way of a vertex, length
     real(dp), intent(in) :: longest               !! side of the body, length
     real(dp), intent(in) :: way                   !! by its velocity, length
 
-    reach = room*longest + reach_in_motion(model%effects%contact%leap, margin, state%contacts%pressed, way, longest, longest)
+    reach = room*longest + reach_in_motion(model%effects%contact%largest_jump, extra_reach, state%contacts%pressed, way, &
+        longest, longest)
   end function reach_in_step
 
   !> Circles, edges and reaches at rest of all bodies as they stand.
-  subroutine measure_bodies(model, state, margin, pressed, bodies)
+  subroutine measure_bodies(model, state, extra_reach, pressed, bodies)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    real(dp), intent(in) :: margin, pressed       !! length
+    real(dp), intent(in) :: extra_reach, pressed  !! length
     type(body_search_t), intent(inout) :: bodies
     real(dp) :: high(2), low(2)
     integer :: b, k
@@ -128,7 +134,7 @@ contains
                 bodies%speed(model%n_blocks))
       bodies%speed = 0.0_dp ! of bodies that cannot move, which nothing measures
     end if
-    bodies%margin = 2*margin
+    bodies%extra_reach = 2*extra_reach
     bodies%pressed = 2*pressed
     bodies%moved = 0.0_dp
     associate (outlines => model%outlines, x => state%vertex)
@@ -150,7 +156,7 @@ contains
         bodies%centre(:, b) = 0.5_dp*(low + high)
         bodies%radius(b) = 0.5_dp*norm2(high - low)
       end do
-      bodies%margin = bodies%margin + near_at_rest*minval(bodies%shortest)
+      bodies%extra_reach = bodies%extra_reach + near_at_rest*minval(bodies%shortest)
       bodies%pressed = bodies%pressed + near_at_rest*near_at_rest*minval(bodies%shortest)
       bodies%reach = reach_at_rest(model, bodies, bodies%longest, bodies%longest)
     end associate
@@ -162,16 +168,17 @@ contains
     type(body_search_t), intent(in) :: bodies
     real(dp), intent(in) :: edge, side            !! longest about, length
 
-    reach = reach_in_motion(model%effects%contact%leap, bodies%margin, bodies%pressed, 0.0_dp, edge, side) + room*edge &
+    reach = reach_in_motion(model%effects%contact%largest_jump, bodies%extra_reach, bodies%pressed, 0.0_dp, edge, side) &
+        + room*edge &
             + model%effects%contact%most_dilated
   end function reach_at_rest
 
   !> Adds an upper bound of the displacement of a step. If all bodies kept clear of others, it is the displacement by velocity and
   !> the largest additional one that they could have had.
-  subroutine move_circles(model, dt, margin, d, all_clear, bodies)
+  subroutine move_circles(model, dt, extra_reach, d, all_clear, bodies)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: dt                    !! of the step, time
-    real(dp), intent(in) :: margin(:)             !! (n_blocks) that the search added to the way of a vertex, length
+    real(dp), intent(in) :: extra_reach(:)        !! (n_blocks) that the search added to the way of a vertex, length
     real(dp), intent(in) :: d(:)                  !! (n_unknowns)
     logical, intent(in) :: all_clear              !! all bodies that no other is near kept clear
     type(body_search_t), intent(inout) :: bodies
@@ -182,7 +189,7 @@ contains
       do i = 1, size(model%free_block)
         associate (b => model%free_block(i))
           bodies%moved(b) = bodies%moved(b) + dt*bodies%speed(b) &
-                            + beyond_velocity(model, margin(b), bodies%longest(b) + 2*bodies%moved(b))
+                            + beyond_velocity(model, extra_reach(b), bodies%longest(b) + 2*bodies%moved(b))
         end associate
       end do
     else
@@ -193,12 +200,12 @@ contains
   end subroutine move_circles
 
   !> How far a vertex may move beyond its displacement by velocity and still be within the reach of contacts.
-  elemental real(dp) function beyond_velocity(model, margin, local) result(way)
+  elemental real(dp) function beyond_velocity(model, extra_reach, local) result(way)
     type(model_t), intent(in) :: model
-    real(dp), intent(in) :: margin                !! length
+    real(dp), intent(in) :: extra_reach           !! length
     real(dp), intent(in) :: local                 !! of the edges about, length
 
-    way = near_at_rest*local + min(margin, model%effects%contact%leap*local)
+    way = near_at_rest*local + min(extra_reach, model%effects%contact%largest_jump*local)
   end function beyond_velocity
 
   !> Bounds of how far, or how fast, the vertices of each body that can move go: the largest of its elements.
@@ -224,11 +231,11 @@ contains
 
   !> Lists the bodies without others near them of which a vertex may have moved farther, beyond its displacement by velocity, than
   !> the reach of contacts at rest. No vertex of the other bodies has.
-  pure subroutine list_unclear(model, state, dt, margin, d, bodies, unclear)
+  pure subroutine list_unclear(model, state, dt, extra_reach, d, bodies, unclear)
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
     real(dp), intent(in) :: dt                    !! time
-    real(dp), intent(in) :: margin(:)             !! (n_blocks) length
+    real(dp), intent(in) :: extra_reach(:)        !! (n_blocks) length
     real(dp), contiguous, intent(in) :: d(:)      !! (n_unknowns)
     type(body_search_t), intent(in) :: bodies
     integer, allocatable, intent(out) :: unclear(:) !! not allocated: none
@@ -246,7 +253,7 @@ contains
         beyond(i) = d(model%elements%unknown(i, e)) - dt*state%velocity(model%elements%unknown(i, e))
       end do
       if (most_moved(model%model, model%effects%rotation, beyond, 2*(bodies%radius(b) + bodies%moved(b))) &
-          <= beyond_velocity(model, margin(b), local)) cycle
+          <= beyond_velocity(model, extra_reach(b), local)) cycle
       if (.not. allocated(unclear)) allocate (unclear(0))
       if (all(unclear /= b)) unclear = [unclear, b]
     end do

@@ -34,8 +34,8 @@ contains
     memory%gap = 0.0_dp
     memory%penetration = 0.0_dp
     memory%pressed = 0.0_dp
-    memory%margin = 0.5_dp*try%margin
-    memory%swing = 0.5_dp*try%swing
+    memory%extra_reach = 0.5_dp*try%extra_reach
+    memory%extra_turn = 0.5_dp*try%extra_turn
   end subroutine accept_no_contact
 
   !> Hands on states, anchors, bonds and overlaps of an accepted step, and books the energy of springs, friction and fracture. The
@@ -53,7 +53,7 @@ contains
     type(closed_t) :: closed
     type(contact_force_t) :: force
     real(dp) :: lost                            !! in fracture, by a contact
-    logical :: held(size(try%contact)) !! its blocks hold together
+    logical :: bonded(size(try%contact)) !! a locked bond holds its two blocks together
     logical :: pulled                           !! open by a dashpot
     integer :: i
 
@@ -65,7 +65,7 @@ contains
     energy = 0.0_dp
     friction = 0.0_dp
     fracture = 0.0_dp
-    held = hold_together(model%outlines, memory%contact)
+    bonded = hold_together(model%outlines, memory%contact)
     do i = 1, size(memory%contact)
       associate (contact => memory%contact(i), entrance => memory%contact(i)%entrance(memory%contact(i)%active))
         contact%force = 0.0_dp
@@ -88,7 +88,7 @@ contains
           end if
         else
           call press(try, i, now, force)
-          call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, held(i), contact, closed)
+          call accept_closed(try%law, force, force_to_hold(try, i, now, force), now, bonded(i), contact, closed)
           memory%gap = max(memory%gap, closed%gap)
           contact%overlap = max(0.0_dp, -(entrance%rest + entrance%memory%dilated + closed%gap))
           memory%pressed = max(memory%pressed, -closed%gap)
@@ -115,10 +115,10 @@ contains
   end subroutine accept_contacts
 
   !> Of each contact whether a bond that is locked, this one or another, holds its two blocks together.
-  pure function hold_together(outlines, contact) result(held)
+  pure function hold_together(outlines, contact) result(bonded)
     type(outlines_t), intent(in) :: outlines
     type(contact_t), intent(in) :: contact(:)
-    logical :: held(size(contact)), is_locked(size(contact))
+    logical :: bonded(size(contact)), is_locked(size(contact))
     integer :: blocks(2, size(contact)), i
 
     do i = 1, size(contact)
@@ -126,13 +126,13 @@ contains
         is_locked(i) = entrance%memory%bonded .and. entrance%state == state_locked
       end associate
     end do
-    held = .false.
+    bonded = .false.
     if (.not. any(is_locked)) return
     do i = 1, size(contact)
       blocks(:, i) = blocks_of(outlines, contact(i)%entrance(contact(i)%active))
       blocks(:, i) = pair_of(blocks(1, i), blocks(2, i))
     end do
-    held = numbers_of_pairs(sorted_pairs(blocks(:, pack([(i, i=1, size(contact))], is_locked))), blocks) > 0
+    bonded = numbers_of_pairs(sorted_pairs(blocks(:, pack([(i, i=1, size(contact))], is_locked))), blocks) > 0
   end function hold_together
 
   !> Overlap at a contact that is open: across all of its lines.
@@ -170,10 +170,10 @@ contains
 
   !> Stores a closed contact: its force, its overlap, and its sliding. The springs with their multipliers make this force at the
   !> present place. A sliding contact is stored by its multiplier alone, because its spring along has no elastic slip.
-  pure subroutine accept_closed(law, force, held, now, holds, contact, closed)
+  pure subroutine accept_closed(law, force, taken_over, now, holds, contact, closed)
     type(contact_law_t), intent(in) :: law
     type(contact_force_t), intent(in) :: force
-    real(dp), intent(in) :: held(2)         !! part of the force that multipliers take over, if there are any
+    real(dp), intent(in) :: taken_over(2)   !! part of the force that multipliers take over, if there are any
     type(gap_and_slip_t), intent(in) :: now(2)
     logical, intent(in) :: holds            !! a bond between its two blocks is locked
     type(contact_t), intent(inout) :: contact
@@ -185,12 +185,12 @@ contains
       contact%entrance(k)%memory%pressing = max(0.0_dp, contact%force(1))
       beside = energy_beside_spring(law, contact%entrance(k), -now(k)%gap) ! with the bond that a slip may break
       slip = now(k)%slip
-      if (is_hard(law, contact%entrance(k))) contact%entrance(k)%multiplier = held
+      if (is_hard(law, contact%entrance(k))) contact%entrance(k)%multiplier = taken_over
       if (contact%entrance(k)%state == state_sliding) &
         call remember_slide(law, force, now(k), holds, contact%entrance(k), slip, closed%work)
       call remember_overlap(law, contact, now, closed%gap, strained)
       if (is_hard(law, contact%entrance(k))) &
-        contact%entrance(k)%multiplier = held + contact%entrance(k)%stiffness*[strained, slip]
+        contact%entrance(k)%multiplier = taken_over + contact%entrance(k)%stiffness*[strained, slip]
     end associate
     contact%pressed = max(0.0_dp, -closed%gap)
     closed%energy = 0.5_dp*dot_product(contact%entrance(contact%active)%stiffness, [strained, slip]**2) + beside

@@ -51,7 +51,7 @@ contains
     if (.not. try%linear .or. allocated(model%effects%bolt)) allocate (try%acting(2, size(try%contact)))
     if (.not. allocated(try%largest)) allocate (try%largest(model%n_blocks))
     try%block_weight = weights_of_blocks(model, rule)
-    try%doubt = [(0.0_dp, i=1, size(try%contact))]
+    try%force_tolerance = [(0.0_dp, i=1, size(try%contact))]
     try%rounding = round_off*largest_coordinate(model, cache, state)
     at_rest = 0.0_dp
     call place(model, cache, state, at_rest, try)
@@ -116,7 +116,7 @@ contains
           j = contact_of(entrances%number(place))
           associate (was => before%contact(j))
             if (.not. has_same_entrances(was, contact)) cycle
-            if ((was%shared .neqv. contact%shared) .or. was%covered /= contact%covered) cycle
+            if ((was%stands_for_both .neqv. contact%stands_for_both) .or. was%covered_line /= contact%covered_line) cycle
             contact%active = was%active
             contact%entrance = going_on(was%entrance, contact%entrance%pair)
             try%start(:, i) = before%start(:, j)
@@ -167,7 +167,7 @@ contains
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k))
           if (.not. bonds(entrance%joint)) cycle
-          entrance%memory%length = bonded_length(outlines, position, try%contact(i)%shared, entrance)
+          entrance%memory%length = bonded_length(outlines, position, try%contact(i)%stands_for_both, entrance)
           entrance%memory%bonded = entrance%memory%length > 0
           if (decides_outside(try%law) .and. try%geometry(k, i)%gap > max(try%rounding, of_a_file*entrance%memory%length)) &
             entrance%memory%bonded = .false.

@@ -21,7 +21,7 @@ module scree_contact_detection
   use scree_corner_meeting, only: encounter_of_edge
   use scree_corners, only: along_edge, gap_at, is_straight, survey_t, way_at
   use scree_edge_contacts, only: add_contact, meet_edge
-  use scree_joint_rules, only: joints_give_way, joints_wear
+  use scree_joint_rules, only: joints_have_stiffness, joints_wear
   use scree_joint_stiffness, only: follow_slip
   use scree_kinds, only: dp
   use scree_past_contacts, only: moves_along, past_t
@@ -39,7 +39,7 @@ contains
     logical, intent(in) :: self_contact          !! a body may touch itself
     type(contact_memory_t), target, intent(in) :: memory
     type(contact_search_t), target, intent(inout) :: search !! gets where contacts were looked for
-    type(contact_try_t), intent(inout) :: try    !! with law, margin and swing; gets contacts
+    type(contact_try_t), intent(inout) :: try !! with law, extra reach and extra turn; gets contacts
     type(look_t) :: look
     integer :: k, near(2)
 
@@ -57,7 +57,7 @@ contains
     call drop_repeats(size(outlines%start), look%found, look%n_found, search%found)
     try%contact = look%found(:look%n_found)
     call let_one_go_on(outlines, look%survey, look%past, try%contact)
-    if (joints_give_way(try%law)) call follow_faces(try%law, outlines, position, look%survey, look%past, try%contact)
+    if (joints_have_stiffness(try%law)) call follow_faces(try%law, outlines, position, look%survey, look%past, try%contact)
     if (joints_wear(try%law)) call wear_as_beside(outlines, look%survey, look%past, try%contact)
     try%inside = pairs_inside(try%contact, look%survey%local)
     call move_alloc(look%nearby, try%nearby)
@@ -76,7 +76,7 @@ contains
     real(dp) :: to_finish, to_start              ! distance of the vertex from the ends of the edge, length
     logical :: near_start, near_finish
 
-    associate (survey => look%survey, near => look%survey%meets)
+    associate (survey => look%survey, near => look%survey%reach_corner)
       to_start = norm2(survey%start(:, i) - survey%start(:, j))
       to_finish = norm2(survey%start(:, i) - survey%finish(:, j))
       near_start = to_start <= near(i) + near(j)

@@ -39,13 +39,13 @@ contains
     logical, intent(in) :: self_contact           !! a body may touch itself
     type(contact_memory_t), target, intent(in) :: memory
     type(contact_search_t), target, intent(inout) :: search
-    type(contact_try_t), intent(inout) :: try     !! with its law, and its margin and swing, else it gets none
+    type(contact_try_t), intent(inout) :: try !! with its law, and its extra reach and turn, else it gets none
     type(look_t), intent(out) :: look
     integer :: k
 
     if (.not. allocated(search%bodies%vertex)) call list_all(outlines, search%bodies)
-    if (.not. allocated(try%margin)) allocate (try%margin(size(outlines%first) - 1), source=0.0_dp)
-    if (.not. allocated(try%swing)) allocate (try%swing(size(outlines%first) - 1), source=0.0_dp)
+    if (.not. allocated(try%extra_reach)) allocate (try%extra_reach(size(outlines%first) - 1), source=0.0_dp)
+    if (.not. allocated(try%extra_turn)) allocate (try%extra_turn(size(outlines%first) - 1), source=0.0_dp)
     call recall_contacts(outlines, memory%contact, search%past, look%past)
     look%pressed = pressed_of_blocks(outlines, look%past)
     call move_alloc(search%survey, look%survey)
@@ -57,11 +57,12 @@ contains
       do k = 1, size(about)
         look%survey%turning(about(k)) = 0.0_dp
         if (corners_turn(try%law)) &
-          look%survey%turning(about(k)) = max(turning_of(outlines, look%survey, try%swing, about(k)), &
-                                              turning_of(outlines, look%survey, try%swing, outlines%previous(about(k))))
+          look%survey%turning(about(k)) = max(turning_of(outlines, look%survey, try%extra_turn, about(k)), &
+                                              turning_of(outlines, look%survey, try%extra_turn, outlines%previous(about(k))))
       end do
       call set_reaches(outlines, about, memory, try, look%pressed, look%survey)
-      call find_nearby(outlines, position, look%survey%near, look%survey%local, self_contact, search, look%nearby, look%n_sorted)
+      call find_nearby(outlines, position, look%survey%reach_edge, look%survey%local, self_contact, search, look%nearby, &
+          look%n_sorted)
       look%nearby = reshape([look%nearby, memory%inside], [2, size(look%nearby, 2) + size(memory%inside, 2)])
       call measure_beside(outlines, about, look%nearby, look%survey%length, look%survey%local)
       call measure_beside(outlines, about, look%nearby, look%survey%side, look%survey%local_side)
@@ -93,14 +94,14 @@ contains
   end subroutine measure_beside
 
   !> Angle by which an edge may turn in the step, rad.
-  pure real(dp) function turning_of(outlines, survey, swing, edge) result(turning)
+  pure real(dp) function turning_of(outlines, survey, extra_turn, edge) result(turning)
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
-    real(dp), intent(in) :: swing(:)              !! (n_blocks) angle beyond what velocities make, rad
+    real(dp), intent(in) :: extra_turn(:)         !! (n_blocks) angle beyond what velocities make, rad
     integer, intent(in) :: edge
 
     associate (way => survey%way, next => outlines%next(edge), block => outlines%block(edge))
-      turning = min(most_turning, beyond_way*norm2(way(:, next) - way(:, edge))/survey%length(edge) + swing(block))
+      turning = min(most_turning, beyond_way*norm2(way(:, next) - way(:, edge))/survey%length(edge) + extra_turn(block))
     end associate
   end function turning_of
 
@@ -118,11 +119,11 @@ contains
 
     do k = 1, size(about)
       associate (i => about(k), local => survey%local(about(k)), side => survey%local_side(about(k)), law => try%law, &
-                 margin => try%margin(outlines%block(about(k))), own => pressed(outlines%block(about(k))))
+                 extra_reach => try%extra_reach(outlines%block(about(k))), own => pressed(outlines%block(about(k))))
         way = norm2(survey%way(:, i))
-        survey%near(i) = reach_of(law, margin, own, way, local, side)
-        survey%meets(i) = reach_of(law, margin, own, way, local, merge(side, local, outlines%begins_side(i)))
-        survey%still(i) = reach_of(law, 0.0_dp, own, 0.0_dp, local, side)
+        survey%reach_edge(i) = reach_of(law, extra_reach, own, way, local, side)
+        survey%reach_corner(i) = reach_of(law, extra_reach, own, way, local, merge(side, local, outlines%begins_side(i)))
+        survey%reach_at_rest(i) = reach_of(law, 0.0_dp, own, 0.0_dp, local, side)
       end associate
     end do
     call reach_over_depth(memory%contact, survey)
@@ -141,9 +142,9 @@ contains
       associate (entrance => contact(k)%entrance(contact(k)%active))
         if (entrance%state == state_open) cycle
         least = beyond_depth*abs(gap_at(survey, entrance%vertex, entrance%edge))
-        survey%near(entrance%vertex) = max(survey%near(entrance%vertex), least)
-        survey%meets(entrance%vertex) = max(survey%meets(entrance%vertex), least)
-        survey%still(entrance%vertex) = max(survey%still(entrance%vertex), least)
+        survey%reach_edge(entrance%vertex) = max(survey%reach_edge(entrance%vertex), least)
+        survey%reach_corner(entrance%vertex) = max(survey%reach_corner(entrance%vertex), least)
+        survey%reach_at_rest(entrance%vertex) = max(survey%reach_at_rest(entrance%vertex), least)
       end associate
     end do
   end subroutine reach_over_depth
@@ -153,7 +154,7 @@ contains
     integer, intent(in) :: about(:)               !! vertices that are looked at
     type(contact_t), intent(in) :: contact(:)     !! of the step before
     type(survey_t), intent(inout) :: survey
-    real(dp) :: dilated(size(survey%near))
+    real(dp) :: dilated(size(survey%reach_edge))
     integer :: i, k
 
     dilated(about) = 0.0_dp
@@ -164,9 +165,9 @@ contains
         end associate
       end do
     end do
-    survey%near(about) = survey%near(about) + dilated(about)
-    survey%meets(about) = survey%meets(about) + dilated(about)
-    survey%still(about) = survey%still(about) + dilated(about)
+    survey%reach_edge(about) = survey%reach_edge(about) + dilated(about)
+    survey%reach_corner(about) = survey%reach_corner(about) + dilated(about)
+    survey%reach_at_rest(about) = survey%reach_at_rest(about) + dilated(about)
   end subroutine reach_over_dilation
 
 end module scree_contact_look

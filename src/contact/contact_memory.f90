@@ -6,7 +6,7 @@ module scree_contact_memory
   use scree_contact_faces, only: faces_of, faces_of_entrance, is_between_same_blocks, is_between_same_faces, joint_of
   use scree_contact_pairs, only: contact_of, entrance_of, has_same_entrances, place_of_pair
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
-  use scree_corner_meeting, only: encounter_t, line_t
+  use scree_corner_meeting, only: encounter_t, entrance_pairs_t
   use scree_corners, only: along_edge, gap_at, survey_t, turn, way_at
   use scree_joint_stiffness, only: take_stiffness
   use scree_kinds, only: dp, pi
@@ -34,8 +34,8 @@ contains
     integer :: k
 
     contact%n_entrances = encounter%n_lines
-    contact%covered = encounter%covered
-    contact%shared = encounter%shared
+    contact%covered_line = encounter%covered_line
+    contact%stands_for_both = encounter%stands_for_both
     do k = 1, contact%n_entrances
       call find_best_entrance(law, outlines, survey, past, encounter%line(k), contact%entrance(k))
       if (contact%entrance(k)%vertex == 0) return
@@ -53,7 +53,7 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    type(line_t), intent(in) :: line
+    type(entrance_pairs_t), intent(in) :: line
     type(entrance_t), intent(inout) :: best !! a new one
     type(fit_t) :: fit, fit_of_best, fit_of_known
     integer :: before, k, known
@@ -138,7 +138,7 @@ contains
       entrance%anchor = entrance%anchor - slip/survey%length(entrance%edge)
       overlap = max(0.0_dp, was%rest + was%memory%dilated - gap_at(survey, was%vertex, was%edge))
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) then
-        if (.not. (was%gives_way .and. has_slid(was, overlap) .and. entrance%rest - gap <= deeper*overlap .and. &
+        if (.not. (was%has_joint_stiffness .and. has_slid(was, overlap) .and. entrance%rest - gap <= deeper*overlap .and. &
                    size(faces_of_entrance(outlines, survey, in_line, entrance)) > 0)) entrance%rest = min(0.0_dp, gap + overlap)
       end if
     end if
@@ -201,7 +201,7 @@ contains
     associate (entrance => contact%entrance(contact%active))
       if (entrance%state /= state_open) return
       gap = gap_at(survey, entrance%vertex, entrance%edge)
-      if (contact%covered == contact%active .and. gap < 0) then
+      if (contact%covered_line == contact%active .and. gap < 0) then
         associate (other => contact%entrance(3 - contact%active))
           other%rest = min(0.0_dp, gap_at(survey, other%vertex, other%edge))
         end associate
@@ -261,13 +261,13 @@ contains
     do k = 1, size(past%contact)
       associate (was => past%contact(k), other => past%contact(k)%entrance(past%contact(k)%active))
         if (.not. moves_along(was)) cycle
-        if (.not. (other%gives_way .or. is_between_same_blocks(outlines, entrance, other))) cycle
+        if (.not. (other%has_joint_stiffness .or. is_between_same_blocks(outlines, entrance, other))) cycle
         associate (others => faces_of(outlines, survey, was))
           if (.not. any([(any(faces == others(m)), m=1, size(others))])) cycle
         end associate
         n_strained = n_strained + 1
-        stays = .not. (other%gives_way .or. is_past_its_ends(survey, other))
-        most = merge(deeper*was%pressed, was%pressed, other%gives_way)
+        stays = .not. (other%has_joint_stiffness .or. is_past_its_ends(survey, other))
+        most = merge(deeper*was%pressed, was%pressed, other%has_joint_stiffness)
         if (most <= pressed) cycle
         pressed = most
         slip = slip_of(survey, other)
@@ -377,7 +377,7 @@ contains
   pure subroutine inherit_by_line(survey, past, line, contact)
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
-    type(line_t), intent(in) :: line
+    type(entrance_pairs_t), intent(in) :: line
     type(contact_t), intent(inout) :: contact
     real(dp) :: gap, overlap
     integer :: before, heir, k

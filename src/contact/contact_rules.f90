@@ -16,7 +16,7 @@ module scree_contact_rules
   use scree_contact_try, only: contact_try_t, elements_of, of_elements
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, rules_conserving, rules_shi, state_locked, &
                             state_open, state_sliding
-  use scree_corner_meeting, only: encounter_t, meet_by_entrances, meeting_t
+  use scree_corner_meeting, only: encounter_t, encounters_t, meet_by_entrances
   use scree_corners, only: survey_t, tilt
   use scree_coulomb_contact, only: add_friction, anchor_where_crossed, judge_coulomb, press_springs, slide_coulomb
   use scree_joint_closure, only: bend_springs
@@ -148,7 +148,7 @@ contains
   end function rests_inside
 
   !> How the corners at vertices i and j can meet.
-  pure type(meeting_t) function meet(law, survey, i, j, stood)
+  pure type(encounters_t) function meet(law, survey, i, j, stood)
     type(contact_law_t), intent(in) :: law
     type(survey_t), intent(in) :: survey
     integer, intent(in) :: i, j
@@ -516,17 +516,18 @@ contains
 
     changes = try%changes
     was_open = try%contact(i)%entrance(try%contact(i)%active)%state == state_open
-    associate (law => try%law, start => try%start(:, i), now => try%now(:, i), doubt => try%doubt(i), contact => try%contact(i))
+    associate (law => try%law, start => try%start(:, i), now => try%now(:, i), tolerance => try%force_tolerance(i), &
+        contact => try%contact(i))
       select case (law%rules)
       case (rules_shi)
         call judge_shi(law, now, force, contact, try%changes)
         if (was_open .and. .not. is_anchored(try)) call anchor_what_closed(start, now, contact)
       case (rules_conserving)
-        call judge_conserving(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
+        call judge_conserving(law, try%lines_stay, start, now, force, tolerance, contact, try%changes)
       case default
-        call judge_bend(law, try%pulls_fall, now, doubt, contact, start, force, try%changes)
-        call judge_coulomb(law, try%lines_stay, start, now, force, doubt, contact, try%changes)
-        call judge_dilating(law, try%dashpot, now, doubt, contact, start, try%changes)
+        call judge_bend(law, try%pulls_fall, now, tolerance, contact, start, force, try%changes)
+        call judge_coulomb(law, try%lines_stay, start, now, force, tolerance, contact, try%changes)
+        call judge_dilating(law, try%dashpot, now, tolerance, contact, start, try%changes)
         if (acts_by_another(try, i)) then
           contact%entrance(contact%active)%state = state_open
           try%changes = changes + merge(0, 1, was_open)

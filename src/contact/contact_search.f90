@@ -25,7 +25,7 @@ module scree_contact_search
   type :: outrun_t
     real(dp), allocatable :: way(:)  !! (n_blocks) largest displacement of a vertex beyond that, 0: none, length
     real(dp), allocatable :: turn(:) !! (n_blocks) largest turn of an edge that may touch beyond that, 0: none, rad
-    real(dp), allocatable :: leap(:) !! (n_blocks) largest displacement beyond the predicted one, over the most that is looked at
+    real(dp), allocatable :: jump(:) !! (n_blocks) largest displacement beyond the predicted one, over the most that is looked at
     real(dp) :: most_turned = 0.0_dp !! largest turn of an edge that may touch, over the most that is looked at
   end type outrun_t
 
@@ -201,15 +201,15 @@ contains
     type(contact_try_t), intent(in) :: try
     integer, intent(in) :: list(:)                   !! vertices
     real(dp), intent(inout) :: predicted(:, :)       !! (2, n) of the listed
-    real(dp), allocatable :: leapt(:, :)
+    real(dp), allocatable :: jumped(:, :)
     integer :: k
 
     call find_at_outlines(model, cache, state, state%velocity, dt, list, predicted)
-    if (.not. allocated(try%leapt)) return
-    allocate (leapt, mold=predicted)
-    call find_at_outlines(model, cache, state, try%leapt, 1.0_dp, list, leapt)
+    if (.not. allocated(try%jumped)) return
+    allocate (jumped, mold=predicted)
+    call find_at_outlines(model, cache, state, try%jumped, 1.0_dp, list, jumped)
     do k = 1, size(list)
-      if (norm2(leapt(:, list(k))) > norm2(predicted(:, list(k)))) predicted(:, list(k)) = leapt(:, list(k))
+      if (norm2(jumped(:, list(k))) > norm2(predicted(:, list(k)))) predicted(:, list(k)) = jumped(:, list(k))
     end do
   end subroutine predict_ways
 
@@ -226,9 +226,9 @@ contains
     integer, allocatable :: unclear(:)
     integer :: b, i, k
 
-    allocate (outrun%way(model%n_blocks), outrun%turn(model%n_blocks), outrun%leap(model%n_blocks), source=0.0_dp)
+    allocate (outrun%way(model%n_blocks), outrun%turn(model%n_blocks), outrun%jump(model%n_blocks), source=0.0_dp)
     associate (outlines => model%outlines, bodies => cache%search%bodies, survey => cache%search%survey)
-      if (allocated(bodies%near)) call list_unclear(model, state, dt, try%margin, d, bodies, unclear)
+      if (allocated(bodies%near)) call list_unclear(model, state, dt, try%extra_reach, d, bodies, unclear)
       try%all_clear = allocated(bodies%near) .and. .not. allocated(unclear)
       if (allocated(unclear)) then
         do k = 1, size(unclear)
@@ -242,22 +242,23 @@ contains
       do k = 1, size(bodies%vertex)
         i = bodies%vertex(k)
         b = outlines%block(i)
-        call add_beyond(norm2(u(:, i)) - survey%near(i), survey%local_side(i), try%margin(b), try%law%leap, outrun%way(b), &
-                        outrun%leap(b))
+        call add_beyond(norm2(u(:, i)) - survey%reach_edge(i), survey%local_side(i), try%extra_reach(b), &
+            try%law%largest_jump, outrun%way(b), &
+                        outrun%jump(b))
       end do
     end associate
     if (corners_turn(try%law)) call add_turns(model, state, cache%search, try%nearby, u, outrun)
   end subroutine find_outrun
 
   !> Adds the displacement of a vertex beyond the distance that was covered.
-  pure subroutine add_beyond(beyond, side, margin, most, farthest, leap)
-    real(dp), intent(in) :: beyond, side, margin     !! length
+  pure subroutine add_beyond(beyond, side, extra_reach, most, farthest, jump)
+    real(dp), intent(in) :: beyond, side, extra_reach !! length
     real(dp), intent(in) :: most                     !! of the sides about, that a vertex may go beyond the predicted displacement
     real(dp), intent(inout) :: farthest              !! length
-    real(dp), intent(inout) :: leap
+    real(dp), intent(inout) :: jump
 
     farthest = max(farthest, beyond)
-    if (beyond > 0) leap = max(leap, (beyond/side + min(margin/side, most))/most)
+    if (beyond > 0) jump = max(jump, (beyond/side + min(extra_reach/side, most))/most)
   end subroutine add_beyond
 
   !> Adds the displacements of vertices of a body without others near it, beyond the distances that a search would have covered.
@@ -286,8 +287,8 @@ contains
           edge = min(norm2(x(:, outlines%finish(i)) - x(:, outlines%start(i))), &
                      norm2(x(:, outlines%finish(before)) - x(:, outlines%start(before))))
           side = min(side_length(outlines, x, i), side_length(outlines, x, before))
-          near = reach_of(law, try%margin(b), pressed, norm2(predicted(:, i)), edge, side)
-          call add_beyond(norm2(u(:, i)) - near, side, try%margin(b), law%leap, outrun%way(b), outrun%leap(b))
+          near = reach_of(law, try%extra_reach(b), pressed, norm2(predicted(:, i)), edge, side)
+          call add_beyond(norm2(u(:, i)) - near, side, try%extra_reach(b), law%largest_jump, outrun%way(b), outrun%jump(b))
         end associate
       end do
     end associate

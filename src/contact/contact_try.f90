@@ -22,10 +22,10 @@ module scree_contact_try
     integer, allocatable :: pair(:, :)                   !! (2, n_pairs) elements that the equations couple
     integer, allocatable :: inside(:, :)                 !! (2, n) vertices, each with the edge that it is inside of
     integer, allocatable :: nearby(:, :)                 !! (2, n) vertices and edges near enough to meet in the step
-    real(dp), allocatable :: margin(:)                   !! (n_blocks) displacement beyond the velocity that is looked at, length
-    real(dp), allocatable :: swing(:)                    !! (n_blocks) turn beyond the velocity that is looked at, rad
+    real(dp), allocatable :: extra_reach(:)              !! (n_blocks) displacement beyond the velocity that is looked at, length
+    real(dp), allocatable :: extra_turn(:)               !! (n_blocks) turn beyond the velocity that is looked at, rad
     real(dp), allocatable :: pressed(:)                  !! (n_blocks) largest overlap of a spring in the step before, length
-    real(dp), allocatable :: leapt(:)                    !! (n_unknowns) displacement of a try before that leapt
+    real(dp), allocatable :: jumped(:)                  !! (n_unknowns) displacement of a try before that jumped
     logical :: goes_on = .false.                         !! from the displacement of a try before, which settled
     logical :: linear = .true.                           !! gaps and slips are, in displacements; else some follow the motion
     real(dp) :: weight = 1.0_dp                          !! of the displacement in the configuration where forces act
@@ -39,7 +39,7 @@ module scree_contact_try
     real(dp) :: rounding = 0.0_dp                        !! that places have, length
     real(dp), allocatable :: block_weight(:)             !! (n_blocks) in the step, force per unit thickness
     real(dp), allocatable :: largest(:)                  !! (n_blocks) force: weight, and across the contacts judged last
-    real(dp), allocatable :: doubt(:)                    !! (n) force that changes no state, where contacts were judged last
+    real(dp), allocatable :: force_tolerance(:)          !! (n) force that changes no state, where contacts were judged last
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
     logical :: pulls_fall = .true.                       !! of bonds that soften, as they open; else they are constant
     integer :: softenings = 0                            !! times that the damage of bonds has followed in the step

@@ -4,7 +4,7 @@ module scree_corner_contacts
   use scree_contact_look, only: look_t
   use scree_contact_rules, only: corners_turn, meet
   use scree_contacts, only: contact_law_t, contact_t, outlines_t, state_open
-  use scree_corner_meeting, only: encounter_t, is_hollow, line_of, line_t, meeting_t
+  use scree_corner_meeting, only: encounter_t, encounters_t, entrance_pairs_t, is_hollow, line_of
   use scree_corners, only: along_edge, gap_at, is_straight, survey_t
   use scree_edge_contacts, only: add_contact, is_well_over, meet_edge, meet_edges_at
   use scree_flush_faces, only: cover_of, cover_t, covered_edges, give_of_tips
@@ -24,7 +24,7 @@ contains
     real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length
     type(look_t), intent(inout) :: look
     integer, intent(in) :: i, j
-    type(meeting_t) :: meeting
+    type(encounters_t) :: meeting
     integer :: had, k
 
     meeting = meet(law, look%survey, i, j, lay_flat(outlines, look, i, j))
@@ -62,7 +62,7 @@ contains
   !> parallel faces that have no common interval, but do by as little as their tilt makes of the gap between them.
   pure logical function are_past_each_other(look, line)
     type(look_t), intent(in) :: look
-    type(line_t), intent(in) :: line
+    type(entrance_pairs_t), intent(in) :: line
     real(dp) :: past_end
     integer :: k
 
@@ -91,7 +91,7 @@ contains
         shortest = minval(survey%length([i, previous(i), j, previous(j)]))
         may_pass = abs(along_edge(survey, i, j)) <= at_end*shortest + way
       else
-        may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%still(i) + survey%still(j) + way
+        may_pass = norm2(survey%start(:, j) - survey%start(:, i)) <= survey%reach_at_rest(i) + survey%reach_at_rest(j) + way
       end if
     end associate
   end function may_pass
@@ -128,13 +128,13 @@ contains
     real(dp), intent(in) :: position(:, :)        !! (2, n_vertices) of the elements, length
     type(look_t), intent(inout) :: look
     integer, intent(in) :: i, j
-    type(meeting_t), intent(inout) :: meeting
+    type(encounters_t), intent(inout) :: meeting
     type(cover_t) :: cover
     integer :: had, k
 
     do k = 1, meeting%n
       if (look%may_rest) cover = cover_of(outlines, look, i, j, meeting%encounter(k))
-      meeting%encounter(k)%covered = cover%line
+      meeting%encounter(k)%covered_line = cover%line
       had = look%n_found
       call add_contact(law, outlines, position, meeting%encounter(k), look)
       if (look%n_found == had) cycle

@@ -1,54 +1,57 @@
 !> How two corners that are near each other can meet: which vertex by which edge (Shi's df05).
 !>
-!> One convex corner cannot enter another but across both of two entrance lines. The region that is closed to the relative position
-!> of the vertices is the sum of the one corner and the other one turned round; the entrance lines are its sides. Where the region
-!> is a half plane, edges are parallel and one line is enough. A convex corner in a hollow one can meet either edge.
+!> A convex corner enters another convex corner only by crossing two entrance lines. These are the sides of the region that is
+!> closed to the relative position of the two vertices: the sum of one corner and the reflected other corner. If the region is a
+!> half plane, edges are parallel, and there is one line. A convex corner in a hollow corner can meet either edge of it.
 module scree_corner_meeting
   use scree_contacts, only: parallel
   use scree_corners, only: corner_t, edges_lead_away, turn
   use scree_kinds, only: dp, pi
   implicit none
   private
-  public :: add_edge, add_line, angle_between, encounter_of_edge, encounter_t, is_hollow, line_of, line_t, meet_by_entrances, &
-            meeting_t, width_of
+  public :: add_edge, add_line, angle_between, encounter_of_edge, encounter_t, encounters_t, entrance_pairs_t, &
+            is_hollow, line_of, meet_by_entrances, width_of
 
-  real(dp), parameter :: turned = 1e-3_dp         !! corners that turn by more in a step have the lines of both its ends, rad
-  real(dp), parameter :: flat = 1e-3_dp           !! a corner that is hollow by less is none, rad
-  real(dp), parameter :: most_bent = 0.5_dp       !! likewise, of two for which one contact stood as they lay flat, or bonds, rad
+  !> Corners that turn by more than this in a step have the entrance lines of both ends of the step, rad.
+  real(dp), parameter :: turned = 1e-3_dp
+  !> A corner that is hollow by less than this counts as straight, rad.
+  real(dp), parameter :: flat = 1e-3_dp
+  !> The same of two corners that shared one contact because they lay flat on each other, or that a bond held, rad.
+  real(dp), parameter :: most_bent = 0.5_dp
 
-  !> An entrance line: pairs of a vertex and an edge, of which the best is taken.
-  type :: line_t
+  !> The pairs of a vertex and an edge that may stand for an entrance line; the pair that fits best is taken (`pair_fit`).
+  type :: entrance_pairs_t
     integer :: n = 0
     integer :: vertex(4) = 0
     integer :: edge(4) = 0
     logical :: aside(4) = .false. !! the other vertex bounds the region, as its edge is not quite parallel and reaches farther out
-  end type line_t
+  end type entrance_pairs_t
 
-  !> A contact that may be: with one entrance line or two.
+  !> A possible contact of two corners, with one entrance line or two.
   type :: encounter_t
     integer :: n_lines = 1
-    type(line_t) :: line(2)
-    logical :: shared = .false. !! both corners have it, as they lie flat on each other
-    integer :: covered = 0 !! line of edges that a third block lies flush with: none enters by it; 0: neither
+    type(entrance_pairs_t) :: line(2)
+    logical :: stands_for_both = .false. !! it is the one contact of both corners, because they lie flat on each other
+    integer :: covered_line = 0 !! entrance line that a third block covers, so that it cannot be crossed; 0: none
   end type encounter_t
 
-  !> What two corners may come to.
-  type :: meeting_t
+  !> The possible contacts of two corners.
+  type :: encounters_t
     integer :: n = 0
     type(encounter_t) :: encounter(3)
     logical :: flat = .false.      !! their edges lie on each other: the region closed to them is a half plane
     logical :: beside(2) = .false. !! the first corner may meet the sides of the second; the second those of the first
-  end type meeting_t
+  end type encounters_t
 
 contains
 
-  !> How corners a and b meet across entrance lines, where `tilt` is how far they may turn towards each other in the step. A hollow
-  !> corner may be met at either edge; but nodes of two meshes go on to lie flat on each other where the joint between them bends.
+  !> The possible contacts of corners a and b by their entrance lines; `tilt` is how far they may turn towards each other in the
+  !> step. A hollow corner may be met at either edge. Nodes of two meshes keep their one contact as the joint between them bends.
   pure function meet_by_entrances(a, b, tilt, stood) result(meeting)
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: tilt !! rad
-    logical, intent(in) :: stood !! one contact stood for both, or a bond held them, and goes on to, however far the joint bends
-    type(meeting_t) :: meeting
+    logical, intent(in) :: stood !! one contact stood for both, or a bond held them; this goes on, however far the joint bends
+    type(encounters_t) :: meeting
     real(dp) :: between
     logical :: bends !! the joint between them, at which they lie flat on each other
 
@@ -105,7 +108,7 @@ contains
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: between, tilt !! rad
     logical, intent(in) :: bends !! the joint at which they lie flat on each other
-    type(meeting_t) :: meeting
+    type(encounters_t) :: meeting
     logical :: upon(2, 2)   ! (vertex, side) which vertices have the entrance line on either side, nearly parallel ones both
     logical :: bounds(2, 2) ! likewise, those by whose edge the region ends, as far as they turn in the step
     real(dp) :: turning, width
@@ -122,7 +125,7 @@ contains
       upon = on_lines(a, b, between, merge(most_bent, parallel, bends))
       meeting%n = 1
       meeting%flat = .true.
-      meeting%encounter(1)%shared = .true.
+      meeting%encounter(1)%stands_for_both = .true.
       meeting%encounter(1)%line(1) = line_of([a%vertex, b%vertex, a%vertex, b%vertex], [b%vertex, a%vertex, b%before, a%before], &
                                              reshape(upon, [4]), reshape(bounds, [4]))
     else
@@ -154,7 +157,7 @@ contains
   pure subroutine add_tips(a, b, upon, bounds, meeting)
     type(corner_t), intent(in) :: a, b
     logical, intent(in) :: upon(2, 2), bounds(2, 2) !! (vertex of a or b, line), see meet_convex
-    type(meeting_t), intent(inout) :: meeting
+    type(encounters_t), intent(inout) :: meeting
 
     meeting%n = meeting%n + 1
     associate (encounter => meeting%encounter(meeting%n))
@@ -168,7 +171,7 @@ contains
   pure function meet_hollow(a, b, between, tilt) result(meeting)
     type(corner_t), intent(in) :: a, b
     real(dp), intent(in) :: between, tilt !! rad
-    type(meeting_t) :: meeting
+    type(encounters_t) :: meeting
 
     if (between + a%angle/2 > pi - b%angle/2 + tilt) then
       meeting%beside(1) = .true.
@@ -189,7 +192,7 @@ contains
   !> Adds a contact of a vertex at an edge.
   pure subroutine add_edge(vertex, edge, meeting)
     integer, intent(in) :: vertex, edge
-    type(meeting_t), intent(inout) :: meeting
+    type(encounters_t), intent(inout) :: meeting
 
     call add_line([vertex], [edge], meeting)
   end subroutine add_edge
@@ -197,7 +200,7 @@ contains
   !> Adds a contact with one entrance line.
   pure subroutine add_line(vertex, edge, meeting)
     integer, intent(in) :: vertex(:), edge(:)
-    type(meeting_t), intent(inout) :: meeting
+    type(encounters_t), intent(inout) :: meeting
 
     meeting%n = meeting%n + 1
     meeting%encounter(meeting%n)%line(1) = line_of(vertex, edge, spread(.true., 1, size(vertex)))
@@ -208,7 +211,7 @@ contains
     integer, intent(in) :: vertex(:), edge(:)
     logical, intent(in) :: of_it(:)
     logical, intent(in), optional :: bounds(:)
-    type(line_t) :: line
+    type(entrance_pairs_t) :: line
     integer :: k
 
     do k = 1, size(vertex)

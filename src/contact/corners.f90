@@ -23,8 +23,9 @@ contains
 
     if (.not. allocated(survey%edge)) then
       associate (n => size(outlines%start))
-        allocate (survey%start(2, n), survey%finish(2, n), survey%side(n), survey%local(n), survey%local_side(n), survey%near(n))
-        allocate (survey%still(n), survey%turning(n), survey%meets(n), survey%way(2, n), survey%corner(n))
+        allocate (survey%start(2, n), survey%finish(2, n), survey%side(n), survey%local(n), survey%local_side(n), &
+            survey%reach_edge(n))
+        allocate (survey%reach_at_rest(n), survey%turning(n), survey%reach_corner(n), survey%way(2, n), survey%corner(n))
         allocate (survey%length(n), source=0.0_dp)
       end associate
     else

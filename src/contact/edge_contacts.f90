@@ -28,7 +28,7 @@ contains
       at = along_edge(survey, i, j)
       if (at < 0 .or. at > survey%length(j)) return
       gap = gap_at(survey, i, j)
-      if (gap > survey%near(i) + max(survey%near(j), survey%near(outlines%next(j)))) return
+      if (gap > survey%reach_edge(i) + max(survey%reach_edge(j), survey%reach_edge(outlines%next(j)))) return
       if (gap < -look%depth) return
       if (.not. edges_lead_away(survey%corner(i), survey%corner(j)%from, tilt(survey, i, j))) return
     end associate
@@ -47,7 +47,8 @@ contains
     edge = [j, outlines%previous(j)]
     beyond = [outlines%next(j), outlines%previous(j)]
     do k = 1, 2
-      if (norm2(look%survey%start(:, i) - look%survey%start(:, beyond(k))) > look%survey%near(i) + look%survey%near(beyond(k))) &
+      if (norm2(look%survey%start(:, i) - look%survey%start(:, beyond(k))) > look%survey%reach_edge(i) &
+          + look%survey%reach_edge(beyond(k))) &
         call meet_edge(law, outlines, position, look, i, edge(k))
     end do
   end subroutine meet_edges_at

@@ -10,7 +10,7 @@ module scree_flush_faces
   use scree_contact_geometry, only: gap_of
   use scree_contact_look, only: look_t
   use scree_contacts, only: outlines_t, parallel
-  use scree_corner_meeting, only: encounter_t, line_t
+  use scree_corner_meeting, only: encounter_t, entrance_pairs_t
   use scree_corners, only: gap_at, turn
   use scree_kinds, only: dp
   implicit none
@@ -79,7 +79,7 @@ contains
     type(outlines_t), intent(in) :: outlines
     type(look_t), intent(in) :: look
     integer, intent(in) :: i, j, side
-    type(line_t), intent(in) :: line
+    type(entrance_pairs_t), intent(in) :: line
     integer :: edge
 
     edge = merge(j, outlines%previous(j), side == 1)

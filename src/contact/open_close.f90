@@ -1,9 +1,9 @@
 !> The open-close iteration: which contacts are open, sliding or locked (Shi's df22).
 !>
 !> Every iteration solves for the states of the one before and then judges all states anew (a semi-smooth Newton iteration), each
-!> contact by the rules of the scene (`contact_rules`). Nothing of it is kept but by `accept_contacts`. With multipliers
-!> `hold_contacts` lets these follow the forces of the springs until no overlap above a bound is left. What makes forces jump is
-!> told where all has settled: `return_anchors`, `break_bonds`, `follow_stress`.
+!> contact by the rules of the scene (`contact_rules`). Only `accept_contacts` keeps what an iteration has found. If contacts have
+!> multipliers, `hold_contacts` lets them follow the forces of the springs until no overlap above a bound is left. Changes that make
+!> forces jump wait until all states have settled: `return_anchors`, `break_bonds`, `follow_stress`.
 module scree_open_close
   use scree_bond_rules, only: bond, damage_after, softens_in_tension
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
@@ -25,10 +25,10 @@ module scree_open_close
 
   !> A force changes no state if it is below this ratio to the largest force on a body: its weight or the force of a contact. Of the
   !> two bodies of a contact, the one with the smaller force decides.
-  real(dp), parameter :: faint = 1e-8_dp
+  real(dp), parameter :: relative_tolerance = 1e-8_dp
   !> A force caused by rounding of coordinates changes no state either. This tolerance is capped at this ratio to the same force,
   !> because small bodies would otherwise never change state.
-  real(dp), parameter :: unsure = 1e-3_dp
+  real(dp), parameter :: rounding_cap = 1e-3_dp
   !> Ratio of the overlaps before and after an update of multipliers above which springs become harder, and the factor of stiffness.
   real(dp), parameter :: shrinking = 0.75_dp, harder = 10.0_dp
   !> Bonds break together if they exceed their strength by more than this ratio to the worst excess. The ratio is about a half, and
@@ -135,12 +135,12 @@ contains
         largest(body(:, i)) = max(largest(body(:, i)), pressing_of(try%law, try%contact(i)%n_entrances, force(i)))
       end associate
     end do
-    try%doubt(try%first:try%last) = 0.0_dp
+    try%force_tolerance(try%first:try%last) = 0.0_dp
     if (.not. forgives_faint_forces(try%law)) return
     do i = try%first, try%last
       associate (stiffness => try%contact(i)%entrance(1)%stiffness(1), least => minval(try%largest(body(:, i))))
-        try%doubt(i) = faint*max(least, stiffness*try%rounding) + stiffness*rounding_of(model, d, try, i) &
-                       + min(stiffness*try%rounding, unsure*least)
+        try%force_tolerance(i) = relative_tolerance*max(least, stiffness*try%rounding) + stiffness*rounding_of(model, d, try, i) &
+                       + min(stiffness*try%rounding, rounding_cap*least)
       end associate
     end do
   end subroutine press_all
@@ -200,7 +200,8 @@ contains
         held(:, i) = force_to_hold(try, i, now, force)
         apart = max(abs(now(k)%gap), slip_not_hard(entrance, try%start(k, i), now(k), force%along))
         if (apart > try%law%penetration .and. &
-            maxval(abs(held(:, i) - entrance%multiplier)) > max(faint*abs(held(1, i)), try%doubt(i)/try%start(k, i)%hardening)) then
+            maxval(abs(held(:, i) - entrance%multiplier)) > max(relative_tolerance*abs(held(1, i)), &
+                try%force_tolerance(i)/try%start(k, i)%hardening)) then
           enough = .false.
           left = max(left, apart)
         end if
@@ -273,7 +274,7 @@ contains
     ignored = 0
     do i = try%first, try%last
       associate (contact => try%contact(i), start => try%start(:, i))
-        if (contact%n_entrances == 1 .or. start(contact%active)%closed .or. contact%covered == 3 - contact%active) cycle
+        if (contact%n_entrances == 1 .or. start(contact%active)%closed .or. contact%covered_line == 3 - contact%active) cycle
         if (start(contact%active)%gap < 0 .and. start(3 - contact%active)%gap > start(contact%active)%gap) &
           call act_on(3 - contact%active, contact, ignored)
       end associate
@@ -299,7 +300,7 @@ contains
         if (entrance%state == state_open .or. entrance%memory%bonded .or. start%closed .or. .not. start%gap > 0) cycle
         now = gaps_and_slips(model, try, i, d)
         call press(try, i, now, force)
-        if (abs(force%along) <= try%doubt(i)) cycle
+        if (abs(force%along) <= try%force_tolerance(i)) cycle
         if (.not. force%along*way_along(entrance, start, now(k)) > 0 .or. .not. abs(entrance%anchor - start%share) > 0) cycle
         entrance%anchor = start%share
         call measure_contact(model, d, i, try)
@@ -329,7 +330,7 @@ contains
       associate (k => try%contact(i)%active, entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (.not. entrance%memory%bonded .or. entrance%state == state_open .or. softens_in_tension(try%law, entrance)) cycle
         call press_across(try, i, gaps_and_slips(model, try, i, d), force)
-        beyond(i) = -force%across(k) - bond(entrance, try%law%joint(entrance%joint)%strength) - try%doubt(i)
+        beyond(i) = -force%across(k) - bond(entrance, try%law%joint(entrance%joint)%strength) - try%force_tolerance(i)
       end associate
     end do
     enough = .not. any(beyond > 0)

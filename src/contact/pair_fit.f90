@@ -9,9 +9,12 @@ module scree_pair_fit
   private
   public :: fit_of_pair, fit_t, fits_better
 
-  real(dp), parameter :: rest_at_end = 1e-12_dp   !! of an edge, past its end, that what rests there goes by rounding
-  real(dp), parameter :: most_beyond = 5e-4_dp    !! of the edges at a vertex, past the end of an edge, up to which a pair lasts
-  real(dp), parameter :: as_good = 1e-9_dp        !! of an edge, up to which two pairs fit as well, and rounding would tell
+  !> Distance past the end of an edge, over its length, that rounding may give to a vertex that rests at the end.
+  real(dp), parameter :: rest_at_end = 1e-12_dp
+  !> Distance past the end of an edge up to which a pair lasts, over the length of the edges at the vertex.
+  real(dp), parameter :: most_beyond = 5e-4_dp
+  !> Two pairs whose measures differ by less than this ratio to an edge fit equally well: such a difference may be rounding.
+  real(dp), parameter :: as_good = 1e-9_dp
 
   !> How well a pair of an entrance line fits. The rank is compared first, then each length, and last the block. The block decides
   !> between blocks that are equal in all these values; it does not decide between mirror images.

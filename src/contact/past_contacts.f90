@@ -52,7 +52,8 @@ contains
 
     moves_along = slides(contact)
     associate (entrance => contact%entrance(contact%active))
-      if (entrance%gives_way) moves_along = moves_along .or. abs(contact%force(2)) > far*contact%pressed*entrance%stiffness(2)
+      if (entrance%has_joint_stiffness) moves_along = moves_along .or. abs(contact%force(2)) &
+          > far*contact%pressed*entrance%stiffness(2)
     end associate
   end function moves_along
 
@@ -103,7 +104,8 @@ contains
     integer, intent(in) :: closed(:) !! of the two, as of `closed_between`
     integer :: k
 
-    stood_for_both = any([(past%contact(contact_of(closed(k)))%shared .and. .not. slides(past%contact(contact_of(closed(k)))), &
+    stood_for_both = any([(past%contact(contact_of(closed(k)))%stands_for_both &
+        .and. .not. slides(past%contact(contact_of(closed(k)))), &
                            k=1, size(closed))])
   end function stood_for_both
 

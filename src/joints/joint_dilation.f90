@@ -107,10 +107,10 @@ contains
   !>
   !> In one judgement a piece is replaced only by the next one. A joint that opens presses more and slides less, and a slide that
   !> nothing has held yet would jump to the end.
-  pure subroutine judge_opening(dilating, now, doubt, contact, start, changes)
+  pure subroutine judge_opening(dilating, now, tolerance, contact, start, changes)
     type(dilating_t), intent(in) :: dilating !! of the entrance that acts
     type(gap_and_slip_t), intent(in) :: now(2)
-    real(dp), intent(in) :: doubt            !! force that changes nothing
+    real(dp), intent(in) :: tolerance        !! force that changes nothing
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(inout) :: start(2)
     integer, intent(inout) :: changes
@@ -127,7 +127,7 @@ contains
       felt = here
       felt%gap = here%gap + here%opened
       call feel_opening(own%opening, felt)
-      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + own%bend%stiffer + dilating%dashpot) > doubt) changes = changes + 1
+      if (abs(felt%gap - here%gap)*(entrance%stiffness(1) + own%bend%stiffer + dilating%dashpot) > tolerance) changes = changes + 1
     end associate
   end subroutine judge_opening
 

@@ -13,7 +13,8 @@ module scree_joint_rules
   use scree_kinds, only: dp
   implicit none
   private
-  public :: begin_joints, energy_beside_spring, friction_of, joints_bend, joints_dilate, joints_follow_stress, joints_give_way, &
+  public :: begin_joints, energy_beside_spring, friction_of, joints_bend, joints_dilate, joints_follow_stress, &
+      joints_have_stiffness, &
             joints_soften, joints_wear, judge_bend, judge_dilating, laws_in_use, remember_dilating, weaker_joint
 
 contains
@@ -31,11 +32,11 @@ contains
   end function laws_in_use
 
   !> Whether joints give way by a stiffness of their own.
-  pure logical function joints_give_way(law)
+  pure logical function joints_have_stiffness(law)
     type(contact_law_t), intent(in) :: law
 
-    joints_give_way = law%uses%stiffness
-  end function joints_give_way
+    joints_have_stiffness = law%uses%stiffness
+  end function joints_have_stiffness
 
   !> Whether springs across joints are curves: joints stiffen as they close, or soften as their bonds open.
   pure logical function joints_bend(law)
@@ -121,11 +122,11 @@ contains
 
   !> Draws the line of the entrance that acts anew at the present gap, before the state of its contact is judged. A change counts if
   !> the force changes by more than a negligible one.
-  pure subroutine judge_bend(law, falls, now, doubt, contact, start, force, changes)
+  pure subroutine judge_bend(law, falls, now, tolerance, contact, start, force, changes)
     type(contact_law_t), intent(in) :: law
     logical, intent(in) :: falls             !! the pull of a bond that opens; else it is constant
     type(gap_and_slip_t), intent(in) :: now(2)
-    real(dp), intent(in) :: doubt            !! force that changes nothing
+    real(dp), intent(in) :: tolerance        !! force that changes nothing
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(inout) :: start(2)
     type(contact_force_t), intent(inout) :: force
@@ -137,7 +138,7 @@ contains
     associate (k => contact%active)
       line = line_at(law, contact%entrance(k), falls, now(k)%gap, start(k)%bend)
       more = line%behind - start(k)%bend%behind - (line%stiffer - start(k)%bend%stiffer)*now(k)%gap
-      if (abs(more) > doubt) changes = changes + 1
+      if (abs(more) > tolerance) changes = changes + 1
       force%across(k) = force%across(k) + more
       force%across_by_gap(k, k) = force%across_by_gap(k, k) - (line%stiffer - start(k)%bend%stiffer)
       start(k)%bend = line
@@ -145,17 +146,17 @@ contains
   end subroutine judge_bend
 
   !> Judges how a joint dilates, after the state of its contact has been judged.
-  pure subroutine judge_dilating(law, dashpot, now, doubt, contact, start, changes)
+  pure subroutine judge_dilating(law, dashpot, now, tolerance, contact, start, changes)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: dashpot          !! force/length
     type(gap_and_slip_t), intent(in) :: now(2)
-    real(dp), intent(in) :: doubt            !! force that changes nothing
+    real(dp), intent(in) :: tolerance        !! force that changes nothing
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(inout) :: start(2)
     integer, intent(inout) :: changes        !! counted on
 
     if (.not. law%uses%dilation) return
-    call judge_opening(dilating_in_step(law, dashpot, contact%entrance(contact%active)), now, doubt, contact, start, changes)
+    call judge_opening(dilating_in_step(law, dashpot, contact%entrance(contact%active)), now, tolerance, contact, start, changes)
   end subroutine judge_dilating
 
   !> How an entrance dilates in a step, and what holds back the slip by which it does.

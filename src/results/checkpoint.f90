@@ -256,8 +256,8 @@ contains
 
     call archive%array('contacts%inside', memory%inside)
     call archive%part('contacts%stiffness', memory%stiffness)
-    call archive%array('contacts%margin', memory%margin)
-    call archive%array('contacts%swing', memory%swing)
+    call archive%array('contacts%extra_reach', memory%extra_reach)
+    call archive%array('contacts%extra_turn', memory%extra_turn)
     call archive%part('contacts%penetration', memory%penetration)
     call archive%part('contacts%pressed', memory%pressed)
     call archive%part('contacts%gap', memory%gap)
@@ -377,8 +377,8 @@ contains
     if (.not. allocated(contact)) allocate (contact(0)) ! the names are those of any state
     call archive%part('contact%n_entrances', contact%n_entrances)
     call archive%part('contact%active', contact%active)
-    call archive%part('contact%covered', contact%covered)
-    call archive%part('contact%shared', contact%shared)
+    call archive%part('contact%covered_line', contact%covered_line)
+    call archive%part('contact%stands_for_both', contact%stands_for_both)
     do i = 1, 2
       call archive%part('contact%force', contact%force(i))
     end do
@@ -413,7 +413,7 @@ contains
       call archive%part('entrance%multiplier', entrance%multiplier(i))
       call archive%part('entrance%stiffness', entrance%stiffness(i))
     end do
-    call archive%part('entrance%gives_way', entrance%gives_way)
+    call archive%part('entrance%has_joint_stiffness', entrance%has_joint_stiffness)
     call archive%part('entrance%length', entrance%memory%length)
     call archive%part('entrance%pressing', entrance%memory%pressing)
     call archive%part('entrance%bonded', entrance%memory%bonded)

@@ -5,7 +5,7 @@ module scree_run_summary
   use scree_deviation, only: share_off
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
-  use scree_joint_rules, only: joints_give_way, joints_soften
+  use scree_joint_rules, only: joints_have_stiffness, joints_soften
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -108,7 +108,7 @@ contains
     summary%has_bolts = allocated(model%effects%bolt)
     summary%may_swing = summary%has_bolts
     if (summary%touches) summary%softens = joints_soften(model%effects%contact)
-    if (summary%touches) summary%may_swing = summary%may_swing .or. joints_give_way(model%effects%contact)
+    if (summary%touches) summary%may_swing = summary%may_swing .or. joints_have_stiffness(model%effects%contact)
     summary%asked = huge(summary%asked)
     if (n_stages > 1) return
     associate (s => model%settings)

@@ -35,7 +35,7 @@ module scree_set_up
   real(dp), parameter :: least_block = 1e-9_dp   !! of the extent: size of a block that still has seven digits
   real(dp), parameter :: lost_area = 1e-3_dp     !! of a block, by the rounding of coordinates about the middle of the model
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
-  real(dp), parameter :: any_leap = 1e30_dp      !! of sides: no limit, where the step is chosen by the travel, which has its own
+  real(dp), parameter :: any_jump = 1e30_dp      !! of sides: no limit, where the step is chosen by the travel, which has its own
 
 contains
 
@@ -123,7 +123,7 @@ contains
     model%outlines%fixed = fixed(model%outlines%block)
     model%outlines%gone = .not. model%present(model%outlines%block)
     allocate (state%contacts%contact(0))
-    allocate (state%contacts%margin(model%n_blocks), state%contacts%swing(model%n_blocks), source=0.0_dp)
+    allocate (state%contacts%extra_reach(model%n_blocks), state%contacts%extra_turn(model%n_blocks), source=0.0_dp)
     state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
     if (model%n_elements == model%n_blocks) then
       call find_overlaps(model%outlines, state%vertex, model%overlaps, state%contacts%inside)
@@ -139,7 +139,7 @@ contains
     end associate
     state%contacts%inside = model%outlines%inside
     if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
-    if (scene%settings%chooses_step) model%effects%contact%leap = any_leap
+    if (scene%settings%chooses_step) model%effects%contact%largest_jump = any_jump
   end subroutine begin_contacts
 
   !> Error where a scene has what linear fields alone can do, and covers of second order.

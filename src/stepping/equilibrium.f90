@@ -62,7 +62,7 @@ module scree_equilibrium
   !> Displacement of an unsupported body in a step, over its size.
   real(dp), parameter :: reach = 0.005_dp
   !> Displacement that a vertex may have in a step, over the displacement that ends a try.
-  real(dp), parameter :: leaps = 0.5_dp
+  real(dp), parameter :: jumps = 0.5_dp
   !> Ratio of the force out of balance to that before a step, below which the step itself tells how far its body would go on.
   real(dp), parameter :: fell = 0.99_dp
   !> Displacement of a body that moves, and the displacement by which it would go on, over its size.
@@ -154,7 +154,7 @@ contains
     associate (own => state%settling)
       own%steady = state%time >= steady_from(model)
       first = .not. own%unbalanced < huge(left)
-      own%grows = min(most_growth, sqrt(leaps/max(try%leap, leaps/most_growth**2)))
+      own%grows = min(most_growth, sqrt(jumps/max(try%jump, jumps/most_growth**2)))
       own%moving = 0
       do k = 1, size(model%free_block)
         b = model%free_block(k)

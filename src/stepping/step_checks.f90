@@ -72,27 +72,27 @@ contains
     type(outrun_t) :: beyond
     real(dp) :: farthest
     integer :: e
-    logical :: again, leaps
+    logical :: again, jumps
 
     if (.not. looks_as_far_as_it_moves(model%effects%contact)) return
     call find_outrun(model, cache, state, try%dt, try%contacts, try%d, beyond)
-    try%leap = max(try%leap, maxval(beyond%leap), beyond%most_turned)
-    leaps = any(beyond%leap > 1)
-    again = leaps .and. .not. (beyond%most_turned > 1 .or. allocated(try%contacts%leapt) .or. allocated(state%settling))
+    try%jump = max(try%jump, maxval(beyond%jump), beyond%most_turned)
+    jumps = any(beyond%jump > 1)
+    again = jumps .and. .not. (beyond%most_turned > 1 .or. allocated(try%contacts%jumped) .or. allocated(state%settling))
     if (again) again = .not. any_body_leaps(model, cache, state, try)
     if (again) then
       try%outcome%settled = .false.
       try%remedy = remedy_wider
-      try%contacts%leapt = of_blocks(model, beyond%leap > 1, try%d)
-    else if (leaps .or. beyond%most_turned > 1) then
+      try%contacts%jumped = of_blocks(model, beyond%jump > 1, try%d)
+    else if (jumps .or. beyond%most_turned > 1) then
       call find_farthest(model, cache, state, try%d, farthest, e)
       call reject(try%outcome, cut_by_leap, 'a vertex jumped over an edge near it, or turned too far', 'a smaller step.least', e, &
                   cache%element(e)%kinematics%centroid)
     else if (any(beyond%way > 0) .or. any(beyond%turn > 0)) then
       try%outcome%settled = .false.
       try%remedy = remedy_wider
-      try%contacts%margin = try%contacts%margin + 2*beyond%way
-      try%contacts%swing = try%contacts%swing + 2*beyond%turn
+      try%contacts%extra_reach = try%contacts%extra_reach + 2*beyond%way
+      try%contacts%extra_turn = try%contacts%extra_turn + 2*beyond%turn
       try%contacts%goes_on = judges_anew(try%contacts%law)
     end if
   end subroutine check_search
@@ -112,7 +112,7 @@ contains
   end function of_blocks
 
   !> Whether a body went farther beyond its velocity than a vertex of its longest edges may.
-  pure logical function any_body_leaps(model, cache, state, try) result(leaps)
+  pure logical function any_body_leaps(model, cache, state, try) result(jumps)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
@@ -120,15 +120,15 @@ contains
     real(dp) :: beyond(2)
     integer :: e, k
 
-    leaps = .true.
+    jumps = .true.
     if (.not. allocated(cache%search%bodies%longest)) return
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       beyond = matmul(cache%element(e)%kinematics%at_centroid, &
                       values_of(model%elements, e, try%d) - try%dt*values_of(model%elements, e, state%velocity))
-      if (norm2(beyond) > model%effects%contact%leap*cache%search%bodies%longest(model%elements%block(e))) return
+      if (norm2(beyond) > model%effects%contact%largest_jump*cache%search%bodies%longest(model%elements%block(e))) return
     end do
-    leaps = .false.
+    jumps = .false.
   end function any_body_leaps
 
   !> Rejects a try in which a vertex goes too far.

@@ -53,7 +53,7 @@ module scree_step_try
     integer :: remedy = remedy_shorter   !! where it has not settled
     real(dp) :: shorter = 1.0_dp         !! fraction of the step that the next one takes then
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
-    real(dp) :: leap = 0.0_dp            !! largest way of a vertex beyond what was looked at, in any try, over the most
+    real(dp) :: jump = 0.0_dp            !! largest way of a vertex beyond what was looked at, in any try, over the most
     integer :: stiffened = 0             !! tries before it that were rejected because contacts overlapped too much
   end type try_t
 

@@ -149,8 +149,8 @@ contains
     allocate (try%contacts%contact(0))
     allocate (try%contacts%pair(2, 0))
     if (.not. allocated(model%effects%contact)) return
-    try%contacts%margin = state%contacts%margin
-    try%contacts%swing = state%contacts%swing
+    try%contacts%extra_reach = state%contacts%extra_reach
+    try%contacts%extra_turn = state%contacts%extra_turn
     if (.not. (allocated(state%settling) .and. state%pace%last > 0)) return
     call look_farther(kept*(dt/state%pace%last)**2, try)
   end subroutine begin_step
@@ -160,8 +160,8 @@ contains
     real(dp), intent(in) :: times
     type(try_t), intent(inout) :: try
 
-    try%contacts%margin = times*try%contacts%margin
-    try%contacts%swing = times*try%contacts%swing
+    try%contacts%extra_reach = times*try%contacts%extra_reach
+    try%contacts%extra_turn = times*try%contacts%extra_turn
   end subroutine look_farther
 
   !> Weights of the step, who may touch, constraints and prediction.
@@ -233,7 +233,7 @@ contains
 
     may_touch = .true.
     if (.not. searches(model)) return
-    call draw_circles(model, state, try%dt, try%contacts%margin, cache%search%bodies, drawn, try%contacts%leapt)
+    call draw_circles(model, state, try%dt, try%contacts%extra_reach, cache%search%bodies, drawn, try%contacts%jumped)
     if (drawn .and. allocated(cache%search%found_at)) deallocate (cache%search%found_at)
     may_touch = size(cache%search%bodies%vertex) > 0 .or. size(state%contacts%contact) > 0
   end function may_touch
@@ -350,9 +350,9 @@ contains
     try%outcome%settled = possible .or. again%remedy /= remedy_wider
     if (.not. try%outcome%settled) then
       try%remedy = remedy_wider
-      try%contacts%margin = again%contacts%margin
-      try%contacts%swing = again%contacts%swing
-      if (allocated(again%contacts%leapt)) try%contacts%leapt = again%contacts%leapt
+      try%contacts%extra_reach = again%contacts%extra_reach
+      try%contacts%extra_turn = again%contacts%extra_turn
+      if (allocated(again%contacts%jumped)) try%contacts%jumped = again%contacts%jumped
     else if (.not. possible) then
       try%outcome%impact = again%outcome%trouble
     end if
@@ -404,7 +404,7 @@ contains
     try%dt = try%shorter*try%dt
     if (allocated(state%settling)) call look_farther(try%shorter**2, try)
     try%contacts%goes_on = .false.
-    if (allocated(try%contacts%leapt)) deallocate (try%contacts%leapt)
+    if (allocated(try%contacts%jumped)) deallocate (try%contacts%jumped)
     if (try%dt < model%settings%least_step) &
       call fail(error, status_run_failed, words_of(try%outcome%trouble, model, 'the step size fell below step.least, '// &
                                                    rounded_text(model%settings%least_step)))
@@ -432,7 +432,7 @@ contains
         call accept_no_contact(try%contacts, state%contacts)
       end if
       if (searches(model)) &
-        call move_circles(model, try%dt, try%contacts%margin, try%d, &
+        call move_circles(model, try%dt, try%contacts%extra_reach, try%d, &
                           try%contacts%all_clear .and. .not. allocated(try%impact%push), cache%search%bodies)
     end if
     if (size(try%contacts%pair) > 0 .or. size(state%pair) > 0) state%pair = try%contacts%pair

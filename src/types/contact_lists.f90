@@ -25,9 +25,9 @@ module scree_contact_lists
     real(dp), allocatable :: side(:)      !! (n) from end to end of the straight side of each edge, length
     real(dp), allocatable :: local(:)     !! (n) shorter edge at each vertex and at what is near it, length
     real(dp), allocatable :: local_side(:) !! (n) shorter side at each vertex and at what is near it, length
-    real(dp), allocatable :: near(:)      !! (n) how far each vertex may move in the step, length
-    real(dp), allocatable :: meets(:)     !! (n) how far from it corners may meet it, length
-    real(dp), allocatable :: still(:)     !! (n) how far contacts of it are looked for that is at rest, length
+    real(dp), allocatable :: reach_edge(:) !! (n) how far edges may be that each vertex may meet in the step, length
+    real(dp), allocatable :: reach_corner(:) !! (n) how far corners may be that it may meet, length
+    real(dp), allocatable :: reach_at_rest(:) !! (n) how far both would be if it were at rest, length
     real(dp), allocatable :: way(:, :)    !! (2, n) by which the velocity of each vertex takes it in the step, length
     real(dp), allocatable :: turning(:)   !! (n) how far the corner at each vertex may turn in the step, rad
     type(corner_t), allocatable :: corner(:)

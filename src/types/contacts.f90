@@ -49,7 +49,7 @@ module scree_contacts
     real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
-    logical :: gives_way = .false.       !! it has the stiffness of a joint of its own, by which multipliers do not hold it
+    logical :: has_joint_stiffness = .false. !! its joint has a stiffness of its own, so multipliers do not hold it
     type(joint_memory_t) :: memory       !! of the joint
     real(dp) :: held = 0.0_dp            !! slip that friction holds in small steps, length
     real(dp) :: lagged_friction = 0.0_dp !! friction of the iteration before, by Shi's rules, force
@@ -60,8 +60,8 @@ module scree_contacts
   type :: contact_t
     integer :: n_entrances = 1
     integer :: active = 1               !! entrance that acts
-    integer :: covered = 0              !! entrance by edges that a third block lies flush with: none enters by it; 0: neither
-    logical :: shared = .false.         !! two vertices that lie flat on each other have it, and one apart has none
+    integer :: covered_line = 0         !! entrance line that a third block covers, so that it cannot be crossed; 0: none
+    logical :: stands_for_both = .false. !! it is the one contact of two vertices that lie flat on each other
     real(dp) :: force(2) = 0.0_dp       !! at the end of the last step, pressing and along the edge, per unit thickness
     real(dp) :: pressed = 0.0_dp        !! overlap of its spring then, length
     real(dp) :: slipped = 0.0_dp        !! way that it slid in the last step, length
@@ -78,8 +78,8 @@ module scree_contacts
     type(contact_t), allocatable :: contact(:)
     integer, allocatable :: inside(:, :)    !! (2, n) vertices, each with the edge that it has been inside of since the run began
     real(dp) :: stiffness(2) = 0.0_dp       !! across a contact and along it, force/length per unit thickness
-    real(dp), allocatable :: margin(:)      !! (n_blocks) displacement beyond the velocity that the search looks at, length
-    real(dp), allocatable :: swing(:)       !! (n_blocks) turn beyond the velocity that the search looks at, rad
+    real(dp), allocatable :: extra_reach(:) !! (n_blocks) displacement beyond the velocity that the search looks at, length
+    real(dp), allocatable :: extra_turn(:)  !! (n_blocks) turn beyond the velocity that the search looks at, rad
     real(dp) :: penetration = 0.0_dp        !! largest at the end of the last step, length
     real(dp) :: pressed = 0.0_dp            !! largest overlap of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
@@ -95,7 +95,7 @@ module scree_contacts
     real(dp), allocatable :: reach(:)     !! (n_blocks) beyond the circle, length
     real(dp), allocatable :: moved(:)     !! (n_blocks) farthest that a vertex may have gone since, length
     real(dp), allocatable :: speed(:)     !! (n_blocks) bound of how fast a vertex goes at the beginning of the step, length/time
-    real(dp) :: margin = 0.0_dp, pressed = 0.0_dp !! of contacts, up to which the circles hold, length
+    real(dp) :: extra_reach = 0.0_dp, pressed = 0.0_dp !! of contacts, up to which the circles hold, length
     logical, allocatable :: near(:)       !! (n_blocks) can move, and others are near
     integer, allocatable :: edge(:)       !! of the outlines, that are looked at
     integer, allocatable :: vertex(:)     !! at their ends
@@ -147,7 +147,7 @@ module scree_contacts
     real(dp) :: restitution = -1.0_dp       !! fraction of the velocity that an impact gives back; below 0: as the springs have it
     real(dp) :: viscosity = 0.0_dp          !! across closed contacts, force time/length per unit thickness
     real(dp) :: settling = 0.0_dp           !! of a column as high as the scene under its own weight, length
-    real(dp) :: leap = 0.25_dp              !! of the sides about, that a vertex may move beyond what its velocity makes
+    real(dp) :: largest_jump = 0.25_dp      !! of the sides about, that a vertex may move beyond what its velocity makes
     type(shi_law_t) :: shi
   end type contact_law_t
 

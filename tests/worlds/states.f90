@@ -114,8 +114,8 @@ contains
     name = ''
     if (.not. same([a%stiffness, a%penetration, a%pressed, a%gap], [b%stiffness, b%penetration, b%pressed, b%gap])) &
       name = 'contacts as a whole'
-    if (allocated(a%margin)) then ! a scene without contact has none
-      if (.not. same([a%margin, a%swing], [b%margin, b%swing])) name = 'what the search adds'
+    if (allocated(a%extra_reach)) then ! a scene without contact has none
+      if (.not. same([a%extra_reach, a%extra_turn], [b%extra_reach, b%extra_turn])) name = 'what the search adds'
     end if
     if (any(a%count /= b%count)) name = 'count of contacts'
     if (allocated(a%contact) .neqv. allocated(b%contact)) name = 'contacts'
@@ -137,9 +137,10 @@ contains
     integer, allocatable :: numbers(:)
 
     associate (entrance => contact%entrance(:contact%n_entrances))
-      numbers = [contact%n_entrances, contact%active, contact%covered, contact%end, contact%strained, merge(1, 0, contact%shared), &
+      numbers = [contact%n_entrances, contact%active, contact%covered_line, contact%end, contact%strained, &
+          merge(1, 0, contact%stands_for_both), &
                  entrance%vertex, entrance%edge, entrance%joint, entrance%pair, entrance%state, &
-                 merge(1, 0, entrance%memory%bonded), merge(1, 0, entrance%gives_way)]
+                 merge(1, 0, entrance%memory%bonded), merge(1, 0, entrance%has_joint_stiffness)]
     end associate
   end function whole_numbers_of
 

@@ -111,13 +111,13 @@ contains
   end subroutine inherit_overlap
 
   !> Judges a contact: it is closed while its entrances press together, on the one that presses more.
-  pure subroutine judge_conserving(law, lines_stay, start, now, force, doubt, contact, changes)
+  pure subroutine judge_conserving(law, lines_stay, start, now, force, tolerance, contact, changes)
     type(contact_law_t), intent(in) :: law
     logical, intent(in) :: lines_stay      !! the entrance that acts, and its anchor
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
     type(contact_force_t), intent(in) :: force
-    real(dp), intent(in) :: doubt          !! force that changes no state
+    real(dp), intent(in) :: tolerance      !! force that changes no state
     type(contact_t), intent(inout) :: contact
     integer, intent(inout) :: changes      !! of states, counted on
     real(dp) :: pressing
@@ -126,13 +126,13 @@ contains
     k = 1
     if (contact%n_entrances == 2) then
       k = maxloc(force%across, 1)
-      if (abs(force%across(2) - force%across(1)) <= doubt .or. lines_stay) k = contact%active
+      if (abs(force%across(2) - force%across(1)) <= tolerance .or. lines_stay) k = contact%active
     end if
     pressing = sum(force%across)
     call act_on(k, contact, changes)
     state = state_open
-    if (pressing > 0) call judge_closed(law, lines_stay, start(k), now(k), pressing, doubt, contact%entrance(k), state)
-    call set_state(state, abs(pressing) > doubt, contact%entrance(k), changes)
+    if (pressing > 0) call judge_closed(law, lines_stay, start(k), now(k), pressing, tolerance, contact%entrance(k), state)
+    call set_state(state, abs(pressing) > tolerance, contact%entrance(k), changes)
   end subroutine judge_conserving
 
   !> Gap whose spring holds the energy of a closed contact: the larger of its entrances', while they overlap.

@@ -61,30 +61,30 @@ contains
   end subroutine add_friction
 
   !> Judges a contact: which entrance acts, and in which state it is.
-  pure subroutine judge_coulomb(law, lines_stay, start, now, force, doubt, contact, changes)
+  pure subroutine judge_coulomb(law, lines_stay, start, now, force, tolerance, contact, changes)
     type(contact_law_t), intent(in) :: law
     logical, intent(in) :: lines_stay      !! the entrance that acts, and its anchor
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
     type(contact_force_t), intent(in) :: force
-    real(dp), intent(in) :: doubt          !! force that changes no state
+    real(dp), intent(in) :: tolerance      !! force that changes no state
     type(contact_t), intent(inout) :: contact
     integer, intent(inout) :: changes      !! of states, counted on
     real(dp) :: direction
     integer :: k, state
 
     k = 1
-    if (contact%n_entrances == 2) k = entrance_that_acts(contact, start, now, force%across, doubt)
+    if (contact%n_entrances == 2) k = entrance_that_acts(contact, start, now, force%across, tolerance)
     if (lines_stay) k = contact%active
     call act_on(k, contact, changes)
     state = state_open
     associate (entrance => contact%entrance(k))
       direction = entrance%direction
-      if (is_closed(entrance, force%across(k), doubt)) &
-        call judge_closed(law, lines_stay, start(k), now(k), force%across(k), doubt, entrance, state)
+      if (is_closed(entrance, force%across(k), tolerance)) &
+        call judge_closed(law, lines_stay, start(k), now(k), force%across(k), tolerance, entrance, state)
       if (entrance%state == state_sliding .and. state == state_sliding .and. &
           (abs(direction) > 0 .neqv. abs(entrance%direction) > 0)) changes = changes + 1
-      call set_state(state, abs(force%across(k)) > doubt, entrance, changes)
+      call set_state(state, abs(force%across(k)) > tolerance, entrance, changes)
     end associate
   end subroutine judge_coulomb
 
@@ -94,11 +94,11 @@ contains
   !> An entrance that pressed when the step began goes on to press, as if its edge did not end: a corner that slips off in the step
   !> is held to the end of the step. If it were released where it leaves the other line, its force would jump, and some steps would
   !> have no solution.
-  pure integer function entrance_that_acts(contact, start, now, across, doubt) result(k)
+  pure integer function entrance_that_acts(contact, start, now, across, tolerance) result(k)
     type(contact_t), intent(in) :: contact
     type(entrance_start_t), intent(in) :: start(2)
     type(gap_and_slip_t), intent(in) :: now(2)
-    real(dp), intent(in) :: across(2), doubt !! force
+    real(dp), intent(in) :: across(2), tolerance !! force
 
     k = 1
     associate (active => contact%active)
@@ -106,12 +106,12 @@ contains
         k = active
       else if (minval(across) < 0) then
         if (across(2) < across(1)) k = 2
-      else if (contact%covered > 0) then
-        k = 3 - contact%covered
+      else if (contact%covered_line > 0) then
+        k = 3 - contact%covered_line
       else
         k = crossed_last(merge(0.0_dp, [start(1)%gap, start(2)%gap], start%closed), [now(1)%gap, now(2)%gap])
       end if
-      if (abs(across(2) - across(1)) <= doubt) k = active
+      if (abs(across(2) - across(1)) <= tolerance) k = active
       if (contact%entrance(active)%memory%bonded .and. contact%entrance(active)%state /= state_open) k = active
     end associate
   end function entrance_that_acts
@@ -147,31 +147,31 @@ contains
   !> Whether an entrance with this pressing force, or pull below 0, is closed. A negligible pull does not open a closed entrance.
   !> Blocks that fall together have no other forces between them, and each change would cause larger ones. No pull opens a bond,
   !> which breaks only after the step has settled.
-  pure logical function is_closed(entrance, across, doubt)
+  pure logical function is_closed(entrance, across, tolerance)
     type(entrance_t), intent(in) :: entrance
-    real(dp), intent(in) :: across, doubt !! force
+    real(dp), intent(in) :: across, tolerance !! force
 
     if (entrance%state == state_open) then
       is_closed = across >= 0
     else
-      is_closed = entrance%memory%bonded .or. across >= -doubt
+      is_closed = entrance%memory%bonded .or. across >= -tolerance
     end if
   end function is_closed
 
   !> Judges the friction of an entrance that is closed. One that was open when the step began first gets an anchor.
-  pure subroutine judge_closed(law, anchor_stays, start, now, pressing, doubt, entrance, state)
+  pure subroutine judge_closed(law, anchor_stays, start, now, pressing, tolerance, entrance, state)
     type(contact_law_t), intent(in) :: law
     logical, intent(in) :: anchor_stays
     type(entrance_start_t), intent(in) :: start
     type(gap_and_slip_t), intent(in) :: now
-    real(dp), intent(in) :: pressing, doubt !! force
+    real(dp), intent(in) :: pressing, tolerance !! force
     type(entrance_t), intent(inout) :: entrance
     integer, intent(out) :: state
     real(dp) :: slip
 
     slip = now%slip
     if (entrance%state == state_open .and. .not. anchor_stays) call anchor_where_crossed(start, now, entrance, slip)
-    call judge_friction(law, slip, pressing, doubt, entrance, state)
+    call judge_friction(law, slip, pressing, tolerance, entrance, state)
   end subroutine judge_closed
 
   !> Puts the anchor of an entrance that closes where its vertex first crossed the line in the step; one that was closed when the
@@ -196,10 +196,10 @@ contains
 
   !> Whether a closed entrance slides or is locked, and in which direction it slides, judged with the normal force of the same
   !> solution. A bond slides without a direction if a pull takes all of its shear strength.
-  pure subroutine judge_friction(law, slip, pressing, doubt, entrance, state)
+  pure subroutine judge_friction(law, slip, pressing, tolerance, entrance, state)
     type(contact_law_t), intent(in) :: law
     real(dp), intent(in) :: slip            !! length
-    real(dp), intent(in) :: pressing, doubt !! force
+    real(dp), intent(in) :: pressing, tolerance !! force
     type(entrance_t), intent(inout) :: entrance
     integer, intent(out) :: state
     real(dp) :: limit, rubs_by, shear
@@ -209,10 +209,10 @@ contains
     rubs_by = friction_of(law, entrance)*pressing + bond(entrance, law%joint(entrance%joint)%cohesion)
     limit = max(0.0_dp, rubs_by)
     pulled = entrance%memory%bonded .and. rubs_by < 0
-    if (entrance%state == state_sliding .and. abs(rubs_by) <= doubt) pulled = .not. abs(entrance%direction) > 0
-    if (entrance%state == state_sliding .and. limit > doubt .and. entrance%direction*shear > 0) then
+    if (entrance%state == state_sliding .and. abs(rubs_by) <= tolerance) pulled = .not. abs(entrance%direction) > 0
+    if (entrance%state == state_sliding .and. limit > tolerance .and. entrance%direction*shear > 0) then
       state = state_locked ! it turned back; whether it slides there the next iteration tells
-    else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= doubt) then
+    else if (entrance%state /= state_open .and. abs(abs(shear) - limit) <= tolerance) then
       state = entrance%state
     else
       state = merge(state_locked, state_sliding, abs(shear) < limit)

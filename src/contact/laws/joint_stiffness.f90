@@ -30,12 +30,12 @@ module scree_joint_stiffness
   integer, parameter :: turned_away = 8
 
   !> What the two edges at the vertex of an entrance, that which begins there and that which ends there, have to do with its edge.
-  type :: faces_t
+  type :: vertex_edges_t
     logical :: flat(2)   !! they lie on it
     real(dp) :: common(2) !! in common with it, seen across it, length; of a corner, none of whose edges lies on it, the sides
     real(dp) :: facing(2) !! cosine of the angle by which each is turned from facing it
     real(dp) :: shorter  !! of it and the longer one at the vertex, length
-  end type faces_t
+  end type vertex_edges_t
 
 contains
 
@@ -50,28 +50,29 @@ contains
     real(dp), intent(in) :: bonds              !! that a bond with the stiffness of contact stands for; 0: each has that; length
     type(contact_t), intent(inout) :: contact
     real(dp) :: own(2), stiffness(2)
-    logical :: gives_way
+    logical :: has_joint_stiffness
     integer :: bond, k
 
     bond = bonded_entrance(contact)
     stiffness = 0.0_dp
-    gives_way = .false.
+    has_joint_stiffness = .false.
     do k = 1, contact%n_entrances
       if (bond > 0 .and. k /= bond) cycle
       associate (entrance => contact%entrance(k))
         own = [law%normal_stiffness, law%shear_stiffness]
         if (has_its_own(law, entrance)) then
-          own = stiffness_of(law, entrance%joint)*length_of_contact(outlines, position, contact%shared, from_start, entrance)
+          own = stiffness_of(law, entrance%joint)*length_of_contact(outlines, position, contact%stands_for_both, from_start, &
+              entrance)
         else if (bond > 0 .and. bonds > 0) then
           own = max(entrance%memory%length/bonds, least_bond)*own
         end if
         if (own(1) > stiffness(1)) then
           stiffness = own
-          gives_way = has_its_own(law, entrance)
+          has_joint_stiffness = has_its_own(law, entrance)
         end if
       end associate
     end do
-    call set_stiffness(stiffness, gives_way, contact)
+    call set_stiffness(stiffness, has_joint_stiffness, contact)
   end subroutine stiffen_contact
 
   !> Gives both entrances of a contact the stiffness of one of a contact before.
@@ -79,19 +80,19 @@ contains
     type(entrance_t), intent(in) :: from
     type(contact_t), intent(inout) :: contact
 
-    call set_stiffness(from%stiffness, from%gives_way, contact)
+    call set_stiffness(from%stiffness, from%has_joint_stiffness, contact)
   end subroutine take_stiffness
 
   !> Gives both entrances of a contact a stiffness.
-  pure subroutine set_stiffness(stiffness, gives_way, contact)
+  pure subroutine set_stiffness(stiffness, has_joint_stiffness, contact)
     real(dp), intent(in) :: stiffness(2)       !! across and along, force/length
-    logical, intent(in) :: gives_way           !! it is that of a joint of its own
+    logical, intent(in) :: has_joint_stiffness !! it is that of a joint of its own
     type(contact_t), intent(inout) :: contact
     integer :: k
 
     do k = 1, 2
       contact%entrance(k)%stiffness = stiffness
-      contact%entrance(k)%gives_way = gives_way
+      contact%entrance(k)%has_joint_stiffness = has_joint_stiffness
     end do
   end subroutine set_stiffness
 
@@ -117,7 +118,7 @@ contains
     type(contact_law_t), intent(in) :: law
     type(entrance_t), intent(in) :: entrance
 
-    is_hard = law%penetration < huge(law%penetration) .and. .not. entrance%gives_way
+    is_hard = law%penetration < huge(law%penetration) .and. .not. entrance%has_joint_stiffness
   end function is_hard
 
   !> Length that bonds without a stiffness of their own stand for on the mean, for each contact: of those that hold the same blocks
@@ -162,7 +163,7 @@ contains
     type(entrance_t) :: active
 
     active = contact%entrance(contact%active)
-    call set_stiffness(active%stiffness, active%gives_way, contact)
+    call set_stiffness(active%stiffness, active%has_joint_stiffness, contact)
   end subroutine keep_stiffness
 
   !> Gives a closed contact of a vertex over an edge, whose joint has a stiffness of its own and which slides, that of the length
@@ -177,18 +178,18 @@ contains
     logical, intent(in) :: is_borne            !! others press on its faces
     type(contact_t), intent(in) :: was         !! the contact that it goes on from
     type(contact_t), intent(inout) :: contact
-    type(faces_t) :: faces
+    type(vertex_edges_t) :: faces
     real(dp) :: length, now
 
     associate (entrance => contact%entrance(1))
       if (contact%n_entrances > 1 .or. entrance%memory%bonded) return
-      if (.not. (entrance%gives_way .and. has_its_own(law, entrance))) return
-      faces = faces_at(outlines, position, contact%shared, .false., entrance)
+      if (.not. (entrance%has_joint_stiffness .and. has_its_own(law, entrance))) return
+      faces = faces_at(outlines, position, contact%stands_for_both, .false., entrance)
       associate (own => stiffness_of(law, entrance%joint))
         now = entrance%stiffness(1)/own(1)
         if (is_borne .and. any(faces%flat)) then
           length = max(0.5_dp*sum(faces%common, faces%flat), min(now, least*faces%shorter))
-          if (contact%shared .eqv. was%shared) length = min(max(now - 2*slip, length), now + 2*slip)
+          if (contact%stands_for_both .eqv. was%stands_for_both) length = min(max(now - 2*slip, length), now + 2*slip)
         else
           length = length_by_faces(faces, .false.)
           length = max(now, min(most_won*now + 2*slip, length))
@@ -239,7 +240,7 @@ contains
       end do
       if (another) then
         call stiffen_contact(outlines, position, law, .true., bonds, contact)
-      else if (.not. active%gives_way) then
+      else if (.not. active%has_joint_stiffness) then
         call set_stiffness(was%stiffness*[law%normal_stiffness/before%normal_stiffness, &
                                           law%shear_stiffness/before%shear_stiffness], .false., contact)
       end if
@@ -274,7 +275,7 @@ contains
     do k = 1, contact%n_entrances
       associate (entrance => contact%entrance(k))
         if (.not. entrance%memory%bonded .and. follows_stress(law%joint(entrance%joint)%roughness)) &
-          entrance%memory%length = length_of_contact(outlines, position, contact%shared, .false., entrance)
+          entrance%memory%length = length_of_contact(outlines, position, contact%stands_for_both, .false., entrance)
       end associate
     end do
   end subroutine measure_contact
@@ -283,19 +284,19 @@ contains
   !>
   !> If no edge at the vertex is parallel to the edge of the entrance, the vertex is a corner. The length is then half of what the
   !> projections of the corner's sides have in common with the side of that edge. The side that faces the edge better counts more.
-  pure real(dp) function length_of_contact(outlines, position, shared, from_start, entrance) result(length)
+  pure real(dp) function length_of_contact(outlines, position, stands_for_both, from_start, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
-    logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
+    logical, intent(in) :: stands_for_both     !! the vertex at the nearer end of the edge has the contact, too, however far
     logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
 
-    length = length_by_faces(faces_at(outlines, position, shared, from_start, entrance), from_start)
+    length = length_by_faces(faces_at(outlines, position, stands_for_both, from_start, entrance), from_start)
   end function length_of_contact
 
   !> Likewise, where the faces are known.
   pure real(dp) function length_by_faces(faces, from_start) result(length)
-    type(faces_t), intent(in) :: faces
+    type(vertex_edges_t), intent(in) :: faces
     logical, intent(in) :: from_start          !! of the run, or of a stage
 
     associate (common => faces%common, facing => faces%facing)
@@ -309,23 +310,23 @@ contains
 
   !> Length of a bonded joint that a contact stands for. It is 0 if no edge at the vertex is parallel to the edge of the entrance.
   !> It is also 0 if parallel edges only lie beside each other up to rounding, as at the crossing of two joints.
-  pure real(dp) function bonded_length(outlines, position, shared, entrance) result(length)
+  pure real(dp) function bonded_length(outlines, position, stands_for_both, entrance) result(length)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
-    logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
+    logical, intent(in) :: stands_for_both     !! the vertex at the nearer end of the edge has the contact, too, however far
     type(entrance_t), intent(in) :: entrance
-    type(faces_t) :: faces
+    type(vertex_edges_t) :: faces
 
-    faces = faces_at(outlines, position, shared, .true., entrance)
+    faces = faces_at(outlines, position, stands_for_both, .true., entrance)
     length = 0.5_dp*sum(faces%common, faces%flat)
     if (length < at_end*faces%shorter) length = 0.0_dp
   end function bonded_length
 
   !> Measures the edges at the vertex of an entrance against its edge.
-  pure type(faces_t) function faces_at(outlines, position, shared, from_start, entrance) result(faces)
+  pure type(vertex_edges_t) function faces_at(outlines, position, stands_for_both, from_start, entrance) result(faces)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
-    logical, intent(in) :: shared              !! the vertex at the nearer end of the edge has the contact, too, however far
+    logical, intent(in) :: stands_for_both     !! the vertex at the nearer end of the edge has the contact, too, however far
     logical, intent(in) :: from_start          !! of the run, or of a stage
     type(entrance_t), intent(in) :: entrance
     real(dp) :: t(2), normal(2), way(2), length, shortest, at, ends(2), from, to, beside
@@ -345,9 +346,9 @@ contains
       from = 0.0_dp
       to = length
       beside = going_on(outlines%previous(entrance%edge))
-      if (at < merge(0.5_dp*length, at_end*min(shortest, beside), shared)) from = -beside
+      if (at < merge(0.5_dp*length, at_end*min(shortest, beside), stands_for_both)) from = -beside
       beside = going_on(outlines%next(entrance%edge))
-      if (length - at < merge(0.5_dp*length, at_end*min(shortest, beside), shared)) to = length + beside
+      if (length - at < merge(0.5_dp*length, at_end*min(shortest, beside), stands_for_both)) to = length + beside
       own(:, 1) = way_along(entrance%vertex)
       own(:, 2) = -way_along(outlines%previous(entrance%vertex))
     else

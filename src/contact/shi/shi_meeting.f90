@@ -1,7 +1,7 @@
 !> How two corners meet by Shi's rules: which vertex by which edge (Shi: df04, df05).
 module scree_shi_meeting
   use scree_contacts, only: parallel
-  use scree_corner_meeting, only: add_edge, add_line, angle_between, is_hollow, line_of, meeting_t, width_of
+  use scree_corner_meeting, only: add_edge, add_line, angle_between, encounters_t, is_hollow, line_of, width_of
   use scree_corners, only: corner_t, edges_lead_away
   use scree_kinds, only: dp, pi
   implicit none
@@ -19,7 +19,7 @@ contains
   !> Elsewhere the more upright corner chooses between edges that are nearly parallel.
   pure function meet_as_shi(a, b) result(meeting)
     type(corner_t), intent(in) :: a, b
-    type(meeting_t) :: meeting
+    type(encounters_t) :: meeting
     integer :: low(2), high(2)
     real(dp) :: between, upright, width
 
@@ -51,7 +51,7 @@ contains
   !> Adds the edges of the hollow corner b on which corner a fits.
   pure subroutine meet_edges_that_fit(a, b, meeting)
     type(corner_t), intent(in) :: a, b
-    type(meeting_t), intent(inout) :: meeting
+    type(encounters_t), intent(inout) :: meeting
 
     if (edges_lead_away(a, b%from, parallel)) call add_edge(a%vertex, b%vertex, meeting)
     if (edges_lead_away(a, b%into, parallel)) call add_edge(a%vertex, b%before, meeting)

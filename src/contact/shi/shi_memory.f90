@@ -3,7 +3,7 @@ module scree_shi_memory
   use scree_contact_memory, only: entrance_ahead, recall
   use scree_contact_pairs, only: contact_of, entrance_of, place_of_pair
   use scree_contacts, only: contact_t, entrance_t, outlines_t, state_locked, state_open, state_sliding
-  use scree_corner_meeting, only: encounter_t, line_t
+  use scree_corner_meeting, only: encounter_t, entrance_pairs_t
   use scree_corners, only: along_edge, survey_t
   use scree_kinds, only: dp
   use scree_past_contacts, only: past_t
@@ -40,7 +40,7 @@ contains
     type(survey_t), intent(in) :: survey
     type(past_t), intent(in) :: past
     real(dp), intent(in) :: guard   !! length^2
-    type(line_t), intent(in) :: line
+    type(entrance_pairs_t), intent(in) :: line
     real(dp) :: left
     integer :: before, k, known
     logical :: within
