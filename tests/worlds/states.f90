@@ -87,7 +87,8 @@ contains
     type(deviation_t), intent(in) :: own
     real(dp), allocatable :: numbers(:)
 
-    numbers = [own%from, own%place, own%motion, own%acceleration, own%mean_velocity, own%mean_acceleration, own%added]
+    numbers = [own%from, own%place, own%motion, own%acceleration, own%mean_velocity, own%mean_acceleration, own%added, &
+               own%path_gain, own%path_square, own%mean_square, own%added_size, own%added_over]
     numbers = [numbers, own%growth, own%impact, own%late, own%way, own%step, own%excess, real(own%rough, dp), &
                merge(1.0_dp, 0.0_dp, own%lost)]
   end function numbers_of_deviation
@@ -165,7 +166,7 @@ contains
     real(dp), allocatable :: numbers(:)
 
     numbers = [books%kinetic, books%strain, books%gravity, books%fixed_springs, books%contact_springs, &
-               books%sleeping_springs, books%bolts, books%asleep, books%integrator, &
+               books%sleeping_springs, books%bolts, books%asleep, books%fracture, books%integrator, &
                books%at_start, books%staged, books%work, books%damping, books%friction, books%yield, books%momentum]
   end function numbers_of
 
