@@ -78,7 +78,7 @@ contains
       call check_count('joints.tensile_strength', s%joint_t)
       call check_count('joints.energy', s%joint_energy)
       call check_count('joints.shear_energy', s%joint_shear_energy)
-      if (.not. allocated(error)) call check_softening(scene, error)
+      if (.not. allocated(error) .and. allocated(scene%joint_material)) call check_softening(scene, error)
       call check_count('joints.kn', s%joint_kn)
       call check_count('joints.ks', s%joint_ks)
       call check_count('joints.restitution', s%joint_restitution)

@@ -173,8 +173,10 @@ contains
     end if
   end subroutine settle_row
 
-  !> Moves the points of the rows on as the bodies move by a step: gaps, slips that friction holds, and arms. The arms of both
-  !> bodies end at one place, half-way between where the two take the point, so that what the second sweep gives has no torque.
+  !> Moves the points of the rows on as the bodies move by a step: gaps, slips that friction holds, and arms. A point whose friction
+  !> is at its limit holds the slip at which its spring bears that limit, as a slider in series with a spring does. A point that
+  !> forgot the slip would lose a part of its friction in each step, and creep. The arms of both bodies end at one place, half-way
+  !> between where the two take the point, so that what the second sweep gives has no torque.
   subroutine advance_rows(h, bodies, rows)
     real(dp), intent(in) :: h                  !! time
     type(bodies_t), intent(in) :: bodies       !! with the velocities of the step
@@ -198,7 +200,7 @@ contains
             point%held = point%held + apart(2)
             limit = point%friction*max(0.0_dp, point%push) + point%cohesion
             if (limit <= 0 .or. abs(point%rub) >= at_limit*limit) then
-              point%held = 0.0_dp
+              point%held = -h*point%rub/(point%mass_along*turn_in_a_step**2)
               point%slid = abs(apart(2))
             end if
             point%arm_a = point%arm_a + way_a + 0.5_dp*apart
