@@ -269,3 +269,21 @@ def test_blocks_of_a_rock_slope_fall_freely_and_do_not_catch(tmp_path):
     assert ways(result, slice(0, None)).max() == pytest.approx(G / 2 * 0.5**2, rel=1e-4)
     assert result.history.overlap.max() < 1e-3
     assert result.history.energy.dissipated.min() > 0
+
+
+@pytest.mark.parametrize("restitution", [0, 0.3])
+@pytest.mark.parametrize("corners", [5, 6, 7, 8])
+def test_a_rock_comes_to_rest_in_a_corner_of_concave_ground(corners, restitution, tmp_path):
+    """A slope and a wall on it are one outline. Rocks that roll against the wall have no energy left two seconds later."""
+    top = [(0, 60), (8, 58), (14, 40), (40, 20), (58, 12), (66, 11.33), (66, 13.83), (66.5, 13.83), (66.5, 11.29), (70, 11), (95, 10)]
+    ground = np.array([(0, 0), (95, 0), *top[::-1]], float)
+    for k, x in enumerate((58.0, 61.0, 63.5)):
+        turns = 0.3 * k + np.arange(corners) * 2 * np.pi / corners
+        y = np.interp(x, *np.transpose(top[:6])) + 0.9
+        rock = 0.4 * np.column_stack([np.cos(turns), np.sin(turns)]) + [x, y]
+        result = run(tmp_path, [(1, ground), (2, rock)], f"contact.restitution={restitution}", time=8.0, phi=30.0, velocity=(6.0, 0, 0),
+                     fixed=[(1, 1, 1), (90, 1, 1)], name=f"rock{k}")
+        kinetic = np.asarray(result.history.energy.kinetic)
+        assert kinetic[0] > 0
+        assert kinetic[-400:].max() < 1e-2 * kinetic[0]
+        assert kinetic[-1] < 1e-6 * kinetic[0]
