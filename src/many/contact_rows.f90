@@ -62,6 +62,8 @@ module scree_contact_rows
     integer, allocatable :: colour(:)    !! (n) of these
     integer, allocatable :: place(:)     !! (n) of their rows
     integer(i8), allocatable :: taken(:) !! (bodies) colours that each has, as bits
+  contains
+    procedure :: any_bounces
   end type rows_t
 
 contains
@@ -387,6 +389,21 @@ contains
     end do
     !$omp end do
   end subroutine keep_impulses
+
+  !> Whether any point that is new in the step comes together fast enough to bounce.
+  pure logical function any_bounces(self, least_speed)
+    class(rows_t), intent(in) :: self
+    real(dp), intent(in) :: least_speed        !! slower ones do not bounce, length/time
+    integer :: i
+
+    any_bounces = .false.
+    do i = 1, self%n
+      associate (point => self%row(i)%point(:self%row(i)%n))
+        any_bounces = any(point%restitution > 0 .and. point%came <= -least_speed)
+      end associate
+      if (any_bounces) return
+    end do
+  end function any_bounces
 
   !> Whether all points of a bond are at its limit in tension, or all at that along the faces. Where that
   !> is zero, as of a joint without cohesion that is pulled, they slide and it holds.

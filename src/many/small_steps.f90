@@ -173,6 +173,7 @@ contains
     integer, intent(in) :: i                      !! small step of that
     type(bodies_t), intent(inout) :: bodies
     type(march_t), intent(inout) :: march
+    real(dp) :: least_speed                       ! of what bounces, length/time
     integer :: k, sweeps
     logical :: bounces, touches
 
@@ -180,6 +181,7 @@ contains
     touches = allocated(model%effects%contact)
     bounces = .false.
     if (touches) bounces = any(model%effects%contact%joint%restitution > 0)
+    least_speed = slow*march%h*largest_weight(model, bodies)
     !$omp parallel num_threads(march%threads) if(march%threads > 1) private(k)
     if (i > 1) call place_corners(bodies, all_of_them=.false.)
     if (touches) then
@@ -187,6 +189,8 @@ contains
       call make_rows(bodies, model%effects%contact, model%outlines, march%h, march%rows)
     end if
     !$omp single
+    if (bounces) bounces = march%rows%any_bounces(least_speed)
+    if (bounces) sweeps = max(sweeps, first_sweeps) ! else a block that strikes flat turns until it bounces
     call find_ties(model, bodies, march%point, march%bolts, march%time, march%h, march%ties)
     call kick(model, cache, state, bodies, march)
     call start_ties_warm(march%ties, bodies)
@@ -207,7 +211,7 @@ contains
     !$omp end single
     call sweep(.false., march%h, march%rows, bodies)
     !$omp single
-    if (bounces) call bounce(slow*march%h*largest_weight(model, bodies), march%rows, bodies)
+    if (bounces) call bounce(least_speed, march%rows, bodies)
     !$omp end single
     if (touches) call keep_impulses(march%rows, bodies)
     !$omp end parallel

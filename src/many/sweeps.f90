@@ -23,7 +23,10 @@ module scree_sweeps
   real(dp), parameter, public :: impulse_scale = 1/(1 + stiff)      !! fraction of its impulse that a soft row gives up
   real(dp), parameter :: most_pushed = 0.02_dp   !! of a body, that an overlap is taken back by in a step
   real(dp), parameter :: at_limit = 1 - 1e-9_dp  !! fraction of a limit from which on it is reached
-  integer, parameter :: sweeps_of_bounces = 8    !! two points of a flat block settle in these to 1 %
+  !> Sweeps over points that bounce: until none changes by more than this ratio to the largest impulse, and at most. A flat block
+  !> that kept a spin of 1e-3 of its speed would strike with one corner the next time.
+  real(dp), parameter :: settled_bounce = 1e-12_dp
+  integer, parameter :: most_bounces = 200
 
 contains
 
@@ -218,10 +221,12 @@ contains
     real(dp), intent(in) :: least_speed        !! slower ones do not bounce, length/time
     type(rows_t), intent(inout) :: rows
     type(bodies_t), intent(inout) :: bodies
-    real(dp) :: change, limit
+    real(dp) :: change, changed, largest, limit
     integer :: i, k, round
 
-    do round = 1, sweeps_of_bounces
+    do round = 1, most_bounces
+      changed = 0.0_dp
+      largest = 0.0_dp
       do i = 1, rows%n
         associate (row => rows%row(i))
           do k = 1, row%n
@@ -230,16 +235,20 @@ contains
               change = point%mass_across*(parting_speed(row%a, row%b, point, bodies) + point%restitution*point%came)
               change = max(0.0_dp, point%push - change) - point%push
               point%push = point%push + change
+              changed = max(changed, abs(change))
+              largest = max(largest, point%push)
               call strike(row%a, row%b, point, change, 0.0_dp, bodies)
               limit = point%friction*point%push + point%cohesion
               change = point%rub - point%mass_along*slip_speed(row%a, row%b, point, bodies)
               change = max(-limit, min(limit, change)) - point%rub
               point%rub = point%rub + change
+              changed = max(changed, abs(change))
               call strike(row%a, row%b, point, 0.0_dp, change, bodies)
             end associate
           end do
         end associate
       end do
+      if (changed <= settled_bounce*largest) return
     end do
   end subroutine bounce
 

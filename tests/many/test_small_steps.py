@@ -134,6 +134,19 @@ def test_a_block_bounces_by_its_restitution(restitution, tmp_path):
     assert struck > 0 and height[struck:].max() == pytest.approx(restitution**2, abs=1e-2)
 
 
+@pytest.mark.parametrize("phi, tilt", [(0.0, 0.0), (30.0, 0.0), (0.0, 20.0)])
+def test_a_block_that_bounces_flat_does_not_turn(phi, tilt, tmp_path):
+    """Three bounces, each to e^2 of the height before. A block that turned by 2e-4 would strike with one corner the third time."""
+    e = 0.8
+    result = run(tmp_path, [(1, box(-30, 30, -1, 0)), (2, box(-0.5, 0.5, 1, 2))], f"contact.restitution={e}", "output.every=10",
+                 phi=phi, tilt=tilt, time=2.9, step=2e-4)
+    down = np.array([np.sin(np.radians(tilt)), np.cos(np.radians(tilt))])
+    height = result.bodies.centroid[:, 1] @ down - 0.5
+    tops = [h for before, h, after in zip(height, height[1:], height[2:]) if before < h >= after]
+    assert tops[:3] == pytest.approx([e**2, e**4, e**6], rel=2e-2)
+    assert np.abs(result.history.rotation[:, 1]).max() < 1e-6
+
+
 @pytest.mark.parametrize("share, holds", [(0.98, True), (1.02, False)])
 def test_a_bond_holds_up_to_its_strength_in_tension(share, holds, tmp_path):
     """A block of 1 m hangs from a ceiling, by a joint that bears 1/share of its weight."""

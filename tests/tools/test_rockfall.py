@@ -29,7 +29,8 @@ def test_a_rock_falls_freely():
     row, = fall.collected["line"]
     path, shape = fall.paths[0], fall.paths[0].rock.corners
     assert row["time"] == pytest.approx(2, rel=1e-6) and row["height"] == pytest.approx(50 + 10 - G / 2 * 4, rel=1e-3)
-    assert row["speed"] == pytest.approx(math.hypot(20, 5 - 2 * G), rel=1e-4)
+    late = math.hypot(20, 5 - 2 * G) - row["speed"]  # a velocity is that of half a small step before, of at most a millisecond
+    assert 0 < late < G * 0.5e-3
     mass = 2650 * math.pi / 4 * 1.5 ** 2 * 1.5
     assert path.mass == pytest.approx(mass, rel=1e-9)
     turning = 0.5 * 2650 * 1.5 * inertia_of(shape) * 2 ** 2
