@@ -268,12 +268,13 @@ contains
     type(state_t), intent(inout) :: state
     type(kinematics_t) :: element
     type(moments_t) :: moments
-    real(dp) :: centroid(2, size(blocks%material))
+    real(dp) :: centroid(2, size(blocks%material)), middle(2)
     integer :: b, e, k
 
+    middle = middle_of(blocks)
     do b = 1, size(blocks%material)
       moments = block_moments(blocks, b)
-      centroid(:, b) = moments%centroid - middle_of(blocks)
+      centroid(:, b) = moments%centroid - middle
     end do
     if (scene%settings%second_order) then
       allocate (system%sampling)

@@ -142,7 +142,7 @@ def test_the_tool_prints_a_row_a_run_and_draws_them(tmp_path):
                           capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     head, *rows, last = done.stdout.splitlines()
-    assert head.split()[:6] == ["case", "edge", "ms", "strain", "e", "verdict"] and len(rows) == 4 and last == "4 passes"
+    assert head.split()[:7] == ["case", "edge", "ms", "strain", "e", "scheme", "verdict"] and len(rows) == 4 and last == "4 passes"
     assert (tmp_path / "s.png").stat().st_size > 10000
 
 

@@ -90,7 +90,8 @@ def deck(folder, settings, **numbers):
         groups.setdefault(group, []).append(f"{name}={quoted}")
     lines = "".join(f"&{group} {', '.join(names)} /\n" for group, names in groups.items())
     (folder / "g.geo").write_text(GEOMETRY)
-    (folder / "a.ana").write_text(f"{numbers['k01']} 10 1 1 {numbers['g2']} 0.01\n2500 25000 1e10 0.3 0 0 0 0 0 0 0 0 0 30 0 0\n"
+    joint = "30 1 1" if any(s.startswith(("joints.energy", "joints.shear_energy")) for s in settings) else "30 0 0"  # a bond to soften
+    (folder / "a.ana").write_text(f"{numbers['k01']} 10 1 1 {numbers['g2']} 0.01\n2500 25000 1e10 0.3 0 0 0 0 0 0 0 0 0 {joint}\n"
                                   f"&deck geometry='g.geo' /\n{lines}")
 
 

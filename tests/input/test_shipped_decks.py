@@ -8,7 +8,7 @@ from scree import call
 
 INPUT = pathlib.Path(os.environ["SCREE_SOURCE"]) / "input"
 DECKS = sorted(INPUT.rglob("*.ana"))
-FOLDERS = ("bench", "examples", "paper", "studies", "validation")
+FOLDERS = ("bench", "examples", "paper", "rockfall", "studies", "validation")
 
 
 def test_folders_of_input_are_those_that_are_looked_at():
