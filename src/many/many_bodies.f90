@@ -7,6 +7,7 @@ module scree_many_bodies
   use scree_entrance_block, only: normals_of
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_fixed_point, only: is_roller
+  use scree_interpolation, only: turn
   use scree_keyholes, only: join_loops
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
@@ -200,25 +201,25 @@ contains
     type(cache_t), intent(in) :: cache          !! of the state as it was
     type(bodies_t), intent(in) :: bodies
     type(state_t), intent(inout) :: state
-    real(dp) :: turn(2, 2)
+    real(dp) :: rotation(2, 2)
     integer :: b, e, i, k
 
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
       b = model%elements%block(e)
-      turn = turn_by(bodies%angle(b))
+      rotation = turn(bodies%angle(b))
       do i = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
         state%vertex(:, i) = moved(cache%element(e)%kinematics%centroid, state%vertex(:, i))
       end do
       state%velocity(model%elements%unknown(:, e)) = [bodies%velocity(:, b), bodies%spin(b), 0.0_dp, 0.0_dp, 0.0_dp]
       state%rotation(b) = state%rotation(b) + bodies%angle(b)
-      state%deformation(:, e) = reshape(matmul(turn, reshape(state%deformation(:, e), [2, 2])), [4])
+      state%deformation(:, e) = reshape(matmul(rotation, reshape(state%deformation(:, e), [2, 2])), [4])
     end do
     do k = 1, size(model%points%free)
       i = model%points%free(k)
       e = model%points%element(i)
       b = model%elements%block(e)
-      turn = turn_by(bodies%angle(b))
+      rotation = turn(bodies%angle(b))
       state%point(:, i) = moved(cache%element(e)%kinematics%centroid, state%point(:, i))
     end do
 
@@ -229,17 +230,9 @@ contains
       real(dp), intent(in) :: centre(2), x(2)   !! length
       real(dp) :: moved(2)
 
-      moved = bodies%place(:, b) + matmul(turn, x - centre)
+      moved = bodies%place(:, b) + matmul(rotation, x - centre)
     end function moved
 
   end subroutine put_bodies_back
-
-  !> Matrix of a turn.
-  pure function turn_by(angle) result(turn)
-    real(dp), intent(in) :: angle               !! rad
-    real(dp) :: turn(2, 2)
-
-    turn = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
-  end function turn_by
 
 end module scree_many_bodies

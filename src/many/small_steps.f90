@@ -181,7 +181,8 @@ contains
     touches = allocated(model%effects%contact)
     bounces = .false.
     if (touches) bounces = any(model%effects%contact%joint%restitution > 0)
-    least_speed = slow*march%h*largest_weight(model, bodies)
+    least_speed = 0.0_dp
+    if (bounces) least_speed = slow*march%h*largest_weight(model, bodies)
     !$omp parallel num_threads(march%threads) if(march%threads > 1) private(k)
     if (i > 1) call place_corners(bodies, all_of_them=.false.)
     if (touches) then

@@ -20,7 +20,7 @@ module scree_interpolation
   implicit none
   private
   public :: carried_rates, displacement_matrix, follow_covers, followed_covers, kept_distance, kinematics_t, kinematics_of, &
-            most_moved, rigid_modes, rigid_velocity, turned_rates, turned_vector
+            most_moved, rigid_modes, rigid_velocity, turn, turned_rates, turned_vector
 
   integer, parameter :: n = element_unknowns
 
