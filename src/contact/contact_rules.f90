@@ -187,12 +187,7 @@ contains
   pure logical function is_anchored(try)
     type(contact_try_t), intent(in) :: try
 
-    select case (try%law%rules)
-    case (rules_shi)
-      is_anchored = try%linear
-    case default
-      is_anchored = .false.
-    end select
+    is_anchored = try%law%rules == rules_shi .and. try%linear
   end function is_anchored
 
   !> Places the entrances of the contacts that are settled together at a displacement.

@@ -11,6 +11,8 @@ module scree_contact_try
   public :: contact_try_t, edges_stay, elements_of, follow_motion, of_elements, row_across, states_of, take_all, take_island
 
   integer, parameter :: n = 2*element_unknowns
+  !> Times that the damage of bonds may follow in a step how far they open; in the second half it only grows.
+  integer, parameter, public :: most_softenings = 30
 
   !> The contacts of a step, and the data of its iteration.
   type :: contact_try_t
@@ -43,13 +45,21 @@ module scree_contact_try
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
     logical :: pulls_fall = .true.                       !! of bonds that soften, as they open; else they are constant
     integer :: softenings = 0                            !! times that the damage of bonds has followed in the step
-    logical :: softens_on = .false.                      !! too often
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
+  contains
+    procedure :: softens_on
   end type contact_try_t
 
 contains
+
+  !> Whether the damage of bonds has followed too often in the step.
+  pure logical function softens_on(self)
+    class(contact_try_t), intent(in) :: self
+
+    softens_on = self%softenings > most_softenings
+  end function softens_on
 
   !> Takes the contacts of an island, which settle together, each island anew.
   pure subroutine take_island(try, island, any_contact)
@@ -65,7 +75,6 @@ contains
     try%lines_stay = .false.
     try%pulls_fall = .true.
     try%softenings = 0
-    try%softens_on = .false.
     try%changes = 0
     any_contact = try%last >= try%first
   end subroutine take_island

@@ -10,7 +10,7 @@ module scree_open_close
   use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
                                  judge, measure_again, measure_contact, measure_contacts, press, press_across, pressing_of, &
                                  put_anchors
-  use scree_contact_try, only: contact_try_t, elements_of, row_across
+  use scree_contact_try, only: contact_try_t, elements_of, most_softenings, row_across
   use scree_contacts, only: blocks_of, contact_law_t, count_states, entrance_t, state_locked, state_open, state_sliding
   use scree_coulomb_contact, only: act_on
   use scree_joint_rules, only: friction_of, joints_follow_stress, joints_soften
@@ -36,8 +36,6 @@ module scree_open_close
   real(dp), parameter :: of_the_worst = 0.53_dp
   !> Change of the damage of a bond below which it counts as the same.
   real(dp), parameter :: same_damage = 1e-6_dp
-  !> Times that the damage of bonds may follow in a step how far they open; in the second half it only grows.
-  integer, parameter :: most_softenings = 30
   !> Relative change of friction below which it counts as the same.
   real(dp), parameter :: same_friction = 1e-6_dp
   !> A change of a gap below this ratio to the terms that cancel in it is round-off.
@@ -334,8 +332,10 @@ contains
       end associate
     end do
     enough = .not. any(beyond > 0)
-    if (enough) call soften_bonds(model, d, try, enough)
-    if (.not. any(beyond > 0)) return
+    if (enough) then
+      call soften_bonds(model, d, try, enough)
+      return
+    end if
     worst = maxval(beyond)
     do i = try%first, try%last
       if (.not. beyond(i) > of_the_worst*worst) cycle
@@ -381,7 +381,6 @@ contains
     end do
     try%count = count_states(try%contact(try%first:try%last))
     if (.not. enough) try%softenings = try%softenings + 1
-    try%softens_on = try%softenings > most_softenings
   end subroutine soften_bonds
 
   !> Updates the friction of joints whose friction depends on the contact stress, with the stress at `d`. This is done in static

@@ -144,7 +144,7 @@ contains
       call hold(model, try, held)
       if (held) then
         call break_bonds(model, try%d, try%contacts, held)
-        if (try%contacts%softens_on) exit
+        if (try%contacts%softens_on()) exit
         if (held .and. follows < most_follows) then
           follows = follows + 1
           call follow_stress(model, try%d, merge(1.0_dp, 0.5_dp, 3*follows < most_follows), try%contacts, held)
@@ -154,7 +154,7 @@ contains
         rounds = rounds + 1
       end if
     end do
-    if (try%contacts%softens_on) then
+    if (try%contacts%softens_on()) then
       call reject(try%outcome, cut_by_contacts, 'the damage of bonds did not settle', &
                   'a smaller step.size, or a finer mesh along the joint', 0)
       return
