@@ -42,7 +42,7 @@ from ..errors import ScreeError
 from ..program import call, program, work_folder
 from ..records import explain
 from .choices import COMPARED, CURES, DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
-from .ensembles import DEFAULTS, Ensembles, QUANTITIES as WAYS, RunOut, print_run_out, write_run_out
+from .ensembles import DEFAULTS, Ensembles, QUANTITIES as WAYS, RunOut, print_run_out
 from .runs import Study, run_all
 from .scenes import QUANTITIES, SHIPPED, own
 from .table import Findings, print_findings, write_csv, write_json
@@ -137,7 +137,7 @@ def run_out(given):
     for one in found:
         print_run_out(one)
         draw_run_out(one, given.folder / f"{one.scene.name}-run-out.png")
-    write_run_out(given.folder / "run-out.csv", found)
+    write_csv(given.folder / "run-out.csv", [{"deck": one.scene.name, **row} for one in found for row in one.rows])
 
 
 def study(given):
@@ -157,7 +157,7 @@ def study(given):
         pictures.append(given.folder / f"{findings.scene.name}.png")
         draw(findings, pictures[-1])
     facts = {"program": call("--version", path=path).stdout.strip(), "command": " ".join(["tools/cost_of_accuracy", *sys.argv[1:]])}
-    write_csv(given.folder / "cost.csv", found)
+    write_csv(given.folder / "cost.csv", [row for findings in found for row in findings.rows])
     write_json(given.folder / "cost.json", found, program=facts["program"])
     write_page(given.folder / "index.html", found, pictures, facts)
     print(f"\n{given.folder}/index.html has the diagrams, cost.csv and cost.json beside it all figures")

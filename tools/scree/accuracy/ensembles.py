@@ -3,7 +3,6 @@
 Blocks that meet again and again are a chaotic system: two runs whose steps differ by one per cent end in different places. So each
 setting is run several times, and the means of these runs are compared.
 """
-import csv
 import dataclasses
 import math
 
@@ -154,15 +153,3 @@ def print_run_out(found):
         print(f"{measure}: errors are of {value:.4g}, which may be off by {doubt / value:.1%}")
     print("seconds are those of the processor of one run; +- after a displacement is the standard deviation of one run, after an error "
           "that of the mean")
-
-
-def write_run_out(path, all_found):
-    """All rows, one file for all decks."""
-    rows = [{"deck": found.scene.name, **row} for found in all_found for row in found.rows]
-    try:
-        with open(path, "w", newline="") as f:
-            table = csv.DictWriter(f, list(dict.fromkeys(name for row in rows for name in row)))
-            table.writeheader()
-            table.writerows(rows)
-    except OSError as problem:
-        raise ScreeError(f"{path}: cannot write: {problem.strerror}") from None

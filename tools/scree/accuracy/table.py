@@ -251,14 +251,14 @@ def print_accuracies(findings):
                        "name": name, "steps": steps, "seconds": seconds})
 
 
-def write_csv(path, all_findings):
-    """All rows, one file for all scenes; what a row has not is empty."""
-    columns = list(dict.fromkeys(name for findings in all_findings for row in findings.rows for name in row if name != "method"))
+def write_csv(path, rows):
+    """Rows by name of the column; what a row has not is empty."""
+    columns = list(dict.fromkeys(name for row in rows for name in row if name != "method"))
     try:
         with open(path, "w", newline="") as f:
-            rows = csv.DictWriter(f, columns, extrasaction="ignore")
-            rows.writeheader()
-            rows.writerows(row for findings in all_findings for row in findings.rows)
+            table = csv.DictWriter(f, columns, extrasaction="ignore")
+            table.writeheader()
+            table.writerows(rows)
     except OSError as problem:
         raise ScreeError(f"{path}: cannot write: {problem.strerror}") from None
 
