@@ -3,7 +3,7 @@ module scree_simulation
   use scree_accurate_step, only: advance_estimated
   use scree_block_input, only: blocks_t
   use scree_cache, only: rebuild_cache
-  use scree_carry_over, only: carry_over, take_homes
+  use scree_carry_over, only: take_supports
   use scree_check_scene, only: warn_of_model
   use scree_critical_step, only: find_largest_step
   use scree_effects, only: refresh_elements, steady_from
@@ -15,6 +15,7 @@ module scree_simulation
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_forecast, only: enough, note_step, probe_t
+  use scree_next_stage, only: set_up_next
   use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
                             warn
   use scree_restart, only: leave_past, open_past, past_run_t, resume_output, take_past
@@ -97,7 +98,7 @@ contains
     if (len(options%restart_path) > 0) then
       call take_past(past, run%scene, run%n_stages, run%model, run%state, run%watch, error)
       if (allocated(error)) return
-      call take_homes(run%state, run%model)
+      call take_supports(run%state, run%model)
       call rebuild_cache(run%model, run%state, run%cache)
       run%progress%from = time_of_run(run%state)
     end if
@@ -342,15 +343,15 @@ contains
     type(scene_t) :: next
     type(model_t) :: model
     type(state_t) :: state
-    type(effect_t), allocatable :: list(:)
+    character(len=:), allocatable :: said
 
     call begin_phase(run%cache%timers, phase_set_up)
     next = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
-    call set_up(next, blocks, model, state, list, error)
+    call set_up_next(next, blocks, run%model, run%state, run%cache, model, state, said, error)
     if (allocated(error)) return
     call end_stage(words_of_stage(run), verdict_of(run), run%model, run%state, run%summary)
     run%scene = next
-    call carry_over(run%model, run%state, blocks%bolt%pretension, model, state)
+    if (len(said) > 0) call tell(run%progress, said)
     if (allocated(run%awake)) deallocate (run%awake)
     run%model = model
     run%state = state

@@ -12,6 +12,9 @@
 !>
 !> with T1, T2 at its ends, T12 their sum. n and l are those of the beginning of the step. C is symmetric and not below 0: it takes
 !> energy, at any angle, and does so fully from what comes along n.
+!>
+!> An edge that supports held in the stage before bears their reactions on, as constant forces at its ends. The tractions of a wave
+!> add to them.
 module scree_absorbing_edge
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_integrator, only: velocity_at_balance
@@ -22,7 +25,8 @@ module scree_absorbing_edge
   use scree_time_table, only: mean_over
   implicit none
   private
-  public :: absorbed_energy, absorbing_edge_t, add_absorbing_edges, absorb_velocity, size_of_wave, work_of_wave
+  public :: absorbed_energy, absorbing_edge_t, add_absorbing_edges, absorb_velocity, size_of_static_forces, size_of_wave, &
+            work_on_absorbing_edges
 
   integer, parameter :: n = element_unknowns
 
@@ -33,6 +37,7 @@ module scree_absorbing_edge
     real(dp), allocatable :: impedance(:, :) !! (2, n) density times speed of waves across and along the piece, mass/(length^2 time)
     logical, allocatable :: lets_in(:)       !! (n) the wave
     type(time_table_t) :: wave               !! its velocity, length/time
+    real(dp), allocatable :: static_force(:, :, :) !! (xy, 2, n) at the ends, force per unit thickness
   end type absorbing_edge_t
 
 contains
@@ -56,6 +61,7 @@ contains
     call add_force(term, -matmul(drag, carried))
     call add_force(term, -c*matmul(drag, unknown))
     call add_force(term, wave_force(self, e, position, rule%load_from, rule%load_to, element))
+    call add_force(term, static_forces(self, e, position, element))
   end subroutine add_absorbing_edges
 
   !> Adds what the edges of element `e` do against a velocity.
@@ -84,8 +90,8 @@ contains
       energy = dot_product(unknown, matmul(drag_matrix(self, e, position, element), unknown))/dt
   end function absorbed_energy
 
-  !> Work of the wave on element `e` in a step, force per unit thickness times length.
-  pure real(dp) function work_of_wave(self, e, position, rule, element, unknown) result(work)
+  !> Work of the wave and of the static forces on element `e` in a step, force per unit thickness times length.
+  pure real(dp) function work_on_absorbing_edges(self, e, position, rule, element, unknown) result(work)
     type(absorbing_edge_t), intent(in) :: self
     integer, intent(in) :: e
     real(dp), intent(in) :: position(:, :)    !! (2, n_points) at the beginning of the step, length
@@ -93,8 +99,23 @@ contains
     type(kinematics_t), intent(in) :: element
     real(dp), intent(in) :: unknown(n)        !! of the step
 
-    work = dot_product(wave_force(self, e, position, rule%end_time - rule%dt, rule%end_time, element), unknown)
-  end function work_of_wave
+    work = dot_product(wave_force(self, e, position, rule%end_time - rule%dt, rule%end_time, element) &
+                       + static_forces(self, e, position, element), unknown)
+  end function work_on_absorbing_edges
+
+  !> Magnitudes of the static forces on the edges of element `e`, summed; force per unit thickness.
+  pure real(dp) function size_of_static_forces(self, e) result(load)
+    type(absorbing_edge_t), intent(in) :: self
+    integer, intent(in) :: e
+    integer :: i, k
+
+    load = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      do k = 1, 2
+        load = load + norm2(self%static_force(:, k, i))
+      end do
+    end do
+  end function size_of_static_forces
 
   !> Magnitude of the force on element `e` of a wave with some velocity, per unit thickness.
   pure real(dp) function size_of_wave(self, e, position, velocity) result(force)
@@ -132,6 +153,23 @@ contains
       end do
     end do
   end function wave_force
+
+  !> Static forces on the unknowns of element `e`.
+  pure function static_forces(self, e, position, element) result(force)
+    type(absorbing_edge_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(dp), intent(in) :: position(:, :)
+    type(kinematics_t), intent(in) :: element
+    real(dp) :: force(n)
+    integer :: i, k
+
+    force = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      do k = 1, 2
+        force = force + matmul(self%static_force(:, k, i), displacement_matrix(element, position(:, self%point(k, i))))
+      end do
+    end do
+  end function static_forces
 
   !> C of element `e`, force time/length per unit thickness.
   pure function drag_matrix(self, e, position, element) result(drag)

@@ -3,7 +3,8 @@
 !> Which are present is asked here; in `scree_disturbance` of what changes where bodies sleep, in `scree_pair_effects` of what acts
 !> between two elements.
 module scree_effects
-  use scree_absorbing_edge, only: absorbed_energy, absorb_velocity, add_absorbing_edges, size_of_wave, work_of_wave
+  use scree_absorbing_edge, only: absorbed_energy, absorb_velocity, add_absorbing_edges, size_of_static_forces, size_of_wave, &
+                                  work_on_absorbing_edges
   use scree_base_acceleration, only: add_base_acceleration, force_of_base, work_of_base
   use scree_bolt, only: add_bolts_of_element, bolt_energy, work_between
   use scree_edge_load, only: add_edge_loads, size_of_edge_loads, work_of_edge_loads
@@ -186,12 +187,13 @@ contains
       if (allocated(effects%point_load)) load = load + size_of_point_loads(effects%point_load, e, rule)
       if (allocated(effects%edge_load)) load = load + size_of_edge_loads(effects%edge_load, e, state%point)
       if (allocated(effects%absorbing_edge)) &
-        load = load + size_of_wave(effects%absorbing_edge, e, state%point, &
-                                   mean_over(effects%absorbing_edge%wave, rule%load_from, rule%load_to))
+        load = load + size_of_static_forces(effects%absorbing_edge, e) &
+               + size_of_wave(effects%absorbing_edge, e, state%point, &
+                              mean_over(effects%absorbing_edge%wave, rule%load_from, rule%load_to))
     end associate
   end function load_on_element
 
-  !> Work of the loads on one element, on points and edges, of the inertia force of the ground and of a wave, in a step.
+  !> Work in a step on one element: of the loads on points and edges, of the inertia force of the ground, and on absorbing edges.
   pure real(dp) function work_of_loads(model, own, state, e, unknown, rule) result(work)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
@@ -210,7 +212,7 @@ contains
         work = work + work_of_edge_loads(effects%edge_load, e, state%point, values_of(model%elements, e, state%velocity), rule, &
                                          own%kinematics, unknown)
       if (allocated(effects%absorbing_edge)) &
-        work = work + work_of_wave(effects%absorbing_edge, e, state%point, rule, own%kinematics, unknown)
+        work = work + work_on_absorbing_edges(effects%absorbing_edge, e, state%point, rule, own%kinematics, unknown)
     end associate
   end function work_of_loads
 

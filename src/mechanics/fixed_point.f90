@@ -10,7 +10,7 @@ module scree_fixed_point
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, is_roller, spring_energy, work_of_springs
+  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, is_roller, spring_energy, spring_force, work_of_springs
 
   !> Called for when the scene has fixed points.
   type :: fixed_point_t
@@ -92,6 +92,17 @@ contains
       spring_energy = spring_energy + 0.5_dp*self%stiffness*sum(way_home(self, i, position, time)**2)
     end do
   end function spring_energy
+
+  !> Force of the spring that holds fixed point `i`, per unit thickness.
+  pure function spring_force(self, i, position, time) result(force)
+    type(fixed_point_t), intent(in) :: self
+    integer, intent(in) :: i
+    real(dp), intent(in) :: position(:, :) !! (2, n_points), length
+    real(dp), intent(in) :: time
+    real(dp) :: force(2)
+
+    force = self%stiffness*way_home(self, i, position, time)
+  end function spring_force
 
   !> From where fixed point `i` is to where it should be.
   pure function way_home(self, i, position, time) result(way)

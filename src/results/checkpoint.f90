@@ -135,6 +135,7 @@ contains
     call archive%array('vertex', state%vertex)
     call archive%array('point', state%point)
     call archive%array('home', state%home)
+    call archive%array('static_force', state%static_force)
     call visit_reference(archive, state%reference)
     call archive%array('cover', state%cover)
     call archive%array('velocity', state%velocity)

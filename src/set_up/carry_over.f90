@@ -14,18 +14,22 @@ module scree_carry_over
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
   use scree_sorting, only: columns, sort_into
   use scree_state, only: bolt_absent, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
-  use scree_system, only: bolt_end, roller_end
+  use scree_system, only: absorber_end, bolt_end, roller_end
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: carry_over, take_homes
+  public :: carry_over, take_supports
+
+  !> Distance from an edge of a point on it, by round-off, over the extent of the model.
+  real(dp), parameter :: round_off = 1e-9_dp
 
 contains
 
   !> Has the first state of a stage go on from the last of the stage before.
-  pure subroutine carry_over(model_before, before, pretension, model, state)
+  pure subroutine carry_over(model_before, before, reaction, pretension, model, state)
     type(model_t), intent(in) :: model_before
     type(state_t), intent(in) :: before
+    real(dp), intent(in) :: reaction(:, :)   !! (2, n_points before) of the supports, force per unit thickness
     real(dp), intent(in) :: pretension(:)    !! (n_bolts) force per unit thickness
     type(model_t), intent(inout) :: model    !! of the stage, as set up
     type(state_t), intent(inout) :: state    !! likewise
@@ -44,7 +48,8 @@ contains
     end do
     call carry_velocities(model_before, before, model, state)
     call carry_points(model_before, before, model, state)
-    call take_homes(state, model)
+    call carry_static_forces(model_before, before%static_force + reaction, model, state)
+    call take_supports(state, model)
     call carry_contacts(model_before, before, model, state)
     if (allocated(state%bolts)) call carry_bolts(before, pretension, model, state)
     if (allocated(before%reference)) call carry_reference(before%reference, model, state)
@@ -56,14 +61,51 @@ contains
     if (allocated(before%deviation) .and. model%settings%estimates_error) state%deviation = before%deviation
   end subroutine carry_over
 
-  !> Holds points where they are to be held by the state.
-  pure subroutine take_homes(state, model)
+  !> Holds points where they are to be held by the state, and loads absorbing edges as they are loaded there.
+  pure subroutine take_supports(state, model)
     type(state_t), intent(in) :: state
     type(model_t), intent(inout) :: model
+    integer :: i
 
     if (allocated(model%effects%fixed_point)) &
       model%effects%fixed_point%home = state%home(:, model%effects%fixed_point%point)
-  end subroutine take_homes
+    if (.not. allocated(model%effects%absorbing_edge)) return
+    associate (absorbing => model%effects%absorbing_edge)
+      do i = 1, size(absorbing%point, 2)
+        absorbing%static_force(:, :, i) = state%static_force(:, absorbing%point(:, i))
+      end do
+    end associate
+  end subroutine take_supports
+
+  !> Hands the static forces on edges over to the absorbing edges of the stage that lie there: the reactions of supports, and what
+  !> absorbing edges bore. A force between the ends of an edge goes to both, which is the same to an edge that stays straight.
+  pure subroutine carry_static_forces(model_before, force, model, state)
+    type(model_t), intent(in) :: model_before
+    real(dp), intent(in) :: force(:, :)      !! (2, n_points before) per unit thickness
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    real(dp) :: along(2), from(2), share
+    integer :: e, i, k
+
+    if (.not. allocated(model%effects%absorbing_edge)) return
+    associate (absorbing => model%effects%absorbing_edge, points => model_before%points)
+      do i = 1, size(points%kind)
+        if (all(points%kind(i) /= [roller_end, absorber_end])) cycle
+        e = points%element(i)
+        do k = absorbing%first(e), absorbing%first(e + 1) - 1
+          associate (ends => absorbing%point(:, k))
+            from = model_before%start_point(:, i) - model%start_point(:, ends(1))
+            along = model%start_point(:, ends(2)) - model%start_point(:, ends(1))
+            share = max(0.0_dp, min(1.0_dp, dot_product(from, along)/dot_product(along, along)))
+            if (norm2(from - share*along) > round_off*model%extent) cycle
+            state%static_force(:, ends(1)) = state%static_force(:, ends(1)) + (1 - share)*force(:, i)
+            state%static_force(:, ends(2)) = state%static_force(:, ends(2)) + share*force(:, i)
+            exit
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine carry_static_forces
 
   !> Velocities of what could move, and still can; a static stage begins at rest.
   pure subroutine carry_velocities(model_before, before, model, state)

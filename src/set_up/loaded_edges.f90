@@ -156,6 +156,7 @@ contains
       call sort_into(piece%element, system%n_elements, absorbing%first, order)
       absorbing%lets_in = lets_in(order)
       allocate (absorbing%point(2, size(order)), absorbing%impedance(2, size(order)))
+      allocate (absorbing%static_force(2, 2, size(order)), source=0.0_dp)
       do i = 1, size(order)
         associate (own => piece(order(i)), rock => scene%block_material(system%elements%material(piece(order(i))%element)))
           do k = 1, 2

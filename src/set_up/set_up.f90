@@ -70,6 +70,7 @@ contains
     model%start = state%vertex
     model%start_point = state%point
     state%home = state%point
+    state%static_force = 0*state%point
     call make_effects(scene, blocks, model%system_t, state, quality, direction, model%effects, list)
     call move_alloc(load, model%effects%edge_load)
     call move_alloc(absorbing, model%effects%absorbing_edge)

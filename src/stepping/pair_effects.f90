@@ -162,14 +162,15 @@ contains
     end do
   end subroutine add_forces_of_bolts
 
-  !> Adds what contacts press and rub with at a state to the terms of elements.
+  !> Adds what contacts press and rub with at a state to the terms of elements, as a step does in which nothing moves. Normal
+  !> forces act at the vertex and at its foot on the edge. Shear forces act where the vertex is.
   pure subroutine add_forces_of_contacts(model, cache, state, terms)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(term_t), intent(inout) :: terms(:)     !! (n_elements)
-    real(dp) :: t(2), normal(2), length, force(2)
-    integer :: i, side
+    real(dp) :: t(2), normal(2), foot(2), length
+    integer :: i
 
     if (.not. allocated(state%contacts%contact)) return
     associate (outlines => model%outlines)
@@ -177,16 +178,16 @@ contains
         associate (contact => state%contacts%contact(i), &
                    own => state%contacts%contact(i)%entrance(state%contacts%contact(i)%active))
           if (own%state == state_open) cycle
-          associate (at => state%vertex(:, outlines%start(own%vertex)))
-            call frame_of_edge(state%vertex(:, outlines%start(own%edge)), state%vertex(:, outlines%finish(own%edge)), &
-                               t, normal, length)
-            force = contact%force(1)*normal + contact%force(2)*t ! on the body of the vertex
-            do side = 1, 2
-              associate (e => merge(outlines%of_vertex(own%vertex), outlines%element(own%edge), side == 1))
-                call add_force(terms(e), matmul(merge(force, -force, side == 1), &
-                                                displacement_matrix(cache%element(e)%kinematics, at)))
-              end associate
-            end do
+          associate (at => state%vertex(:, outlines%start(own%vertex)), from => state%vertex(:, outlines%start(own%edge)), &
+                     press => contact%force(1), rub => contact%force(2), body => outlines%of_vertex(own%vertex), &
+                     edge_body => outlines%element(own%edge))
+            call frame_of_edge(from, state%vertex(:, outlines%finish(own%edge)), t, normal, length)
+            foot = from + dot_product(at - from, t)*t
+            associate (element => cache%element(edge_body)%kinematics)
+              call add_force(terms(body), matmul(press*normal + rub*t, displacement_matrix(cache%element(body)%kinematics, at)))
+              call add_force(terms(edge_body), -matmul(press*normal, displacement_matrix(element, foot)))
+              call add_force(terms(edge_body), -matmul(rub*t, displacement_matrix(element, at)))
+            end associate
           end associate
         end associate
       end do

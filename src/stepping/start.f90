@@ -13,18 +13,18 @@ module scree_start
   use scree_constraints, only: complete_unknowns, constraints_t
   use scree_critical_step, only: find_largest_step
   use scree_deviation, only: begin_deviation
-  use scree_effects, only: add_drag, add_element_effects, refresh_elements, supports_move_exactly
-  use scree_element_term, only: add_force, step_rule_t, term_t
+  use scree_effects, only: add_drag, refresh_elements, supports_move_exactly
+  use scree_element_term, only: add_force, term_t
   use scree_energy, only: close_books, stored_energy
   use scree_equilibrium, only: begin_settling
   use scree_equations, only: add_equations, begin_equations, constrain_equations, members, solve_equations, weakest_element
   use scree_errors, only: error_t, fail, status_run_failed
-  use scree_integrator, only: rule_at_rest, turns_acceleration
+  use scree_integrator, only: turns_acceleration
   use scree_islands, only: keep_factored
   use scree_kinds, only: dp
   use scree_linear_solver, only: exactness_t
   use scree_model, only: cache_t, model_t
-  use scree_pair_effects, only: add_forces_of_bolts, add_forces_of_contacts
+  use scree_reactions, only: forces_at_rest
   use scree_scene, only: scheme_central_difference, start_acceleration, start_consistent
   use scree_state, only: state_t
   use scree_stiffness, only: small_strain_operator
@@ -145,25 +145,16 @@ contains
     type(state_t), intent(inout) :: state
     type(error_t), allocatable, intent(out) :: error
     type(term_t) :: terms(model%n_elements), forces(model%n_elements)
-    type(state_t) :: at_rest
-    type(step_rule_t) :: rule
     real(dp), dimension(3, model%n_elements) :: stress, change
     real(dp) :: B(3, size(cache%element(1)%kinematics%gradient, 2)), D(3, 3), penalty
     integer :: e, round
 
-    at_rest = state
-    at_rest%velocity = 0.0_dp
-    at_rest%acceleration = 0.0_dp
-    rule = rule_at_rest(state%time, 1.0_dp)
+    call forces_at_rest(model, cache, state, forces)
     penalty = 0.0_dp
     do e = 1, model%n_elements
-      call add_element_effects(model, cache%element(e), at_rest, e, 0*state%velocity(model%elements%unknown(:, e)), &
-                               rule, forces(e))
       call add_drag(model, cache%element(e), state, e, state%velocity(model%elements%unknown(:, e)), forces(e))
       penalty = max(penalty, stiffer*cache%element(e)%mass/cache%element(e)%elasticity(1, 1)) ! rho l^2 / E, time^2
     end do
-    call add_forces_of_bolts(model, cache, at_rest, rule, forces)
-    call add_forces_of_contacts(model, cache, state, forces)
 
     stress = 0.0_dp
     do round = 1, most_rounds

@@ -120,6 +120,7 @@ module scree_state
     real(dp), allocatable :: vertex(:, :)      !! (2, n_vertices) of the elements, length
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
     real(dp), allocatable :: home(:, :)        !! (2, n_points) where those that are held were when that began, length
+    real(dp), allocatable :: static_force(:, :) !! (2, n_points) that absorbing edges bear at their ends, force per unit thickness
     type(reference_t), allocatable :: reference !! not allocated: displacements count from the start
     real(dp), allocatable :: cover(:, :)       !! (2, n_covers) NMM: node of the mathematical mesh, length
     real(dp), allocatable :: velocity(:)       !! (n_unknowns) rates of the unknowns

@@ -14,7 +14,7 @@ os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"  # a file is read here while it is
 import h5py
 import numpy as np
 import pytest
-from scree import call, read, touching
+from scree import block_files, call, read, touching
 from scree.bench import effects, scenes
 
 SCREE = os.environ["SCREE"]
@@ -28,11 +28,21 @@ def random_rock(folder, kind, steps):
     return [touching.jointed_rock(folder, kind, 3, steps)], []
 
 
+def slope_made_quiet(folder):
+    """A block that comes to rest on supports, then stands on absorbing edges and is pushed."""
+    (folder / "q.blk").write_text(block_files.block_file("quiet", [(1, block_files.box(0, 4, 0, 2)), (1, block_files.box(1, 2, 2, 3))]))
+    (folder / "q.ana").write_text("0\n40\n1 1\n0.05\n0.5\n2500 25000 1e8 0.25 0 0 0 0 0 0 0 0 0\n30 0 0\n&deck geometry='q.blk' /\n"
+                                  "&output every=5 /\n&support both=0 0 4 0 /\n&stage kind='dynamic' /\n&support both=none /\n"
+                                  "&absorbing lines=0 0 4 0 /\n&acceleration table=0 0 0 0.1 3 0 0.2 0 0 /\n&step size=0.01, count=30 /\n")
+    return [folder / "q.ana"], []
+
+
 # Decks and settings of runs that take up to a second.
 SCENES = {
     "arc": lambda folder: ([SOURCE / "input/paper/arc/arc.ana"], ["step.size=5e-4"]),
     "wall of 106": lambda folder: ([CLASSIC / "wall100.geo", CLASSIC / "wall100.ana"], ["step.count=60"]),
     "random rock": lambda folder: random_rock(folder, "dda, Green strain", 8),
+    "supports that become quiet": slope_made_quiet,
     "shaken column": lambda folder: (scenes.column(36).write(folder, 0.005),
                                      ["acceleration.table=0 0 0 0.05 5 1 0.1 -5 0 1 0 0", "step.end_time=0.1", "damping.mass=0.1"]),
     "mesh": lambda folder: random_rock(folder, "nmm", 20),
