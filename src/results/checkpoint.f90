@@ -129,6 +129,7 @@ contains
     call archive%part('pace%size', state%pace%size)
     call archive%part('pace%last', state%pace%last)
     call archive%part('pace%bound', state%pace%bound)
+    call archive%part('pace%pseudo', state%pace%pseudo)
     call archive%part('pace%small', state%pace%small)
     call archive%part('pace%easy', state%pace%easy)
     call archive%part('pace%frames', state%pace%frames)

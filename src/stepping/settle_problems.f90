@@ -162,6 +162,7 @@ contains
 
     associate (rules => try%group%open_close)
       if (.not. (try%group%in_contact .and. rules%settles_always .and. try%iteration%rounds < most_rounds)) return
+      if (try%outcome%solves > try%most_solves) return
       effort = merge(effort_quick, effort_all, rules%linear_springs)
     end associate
     call begin_phase(cache%timers, phase_judge)

@@ -61,6 +61,7 @@ contains
     state%pace%size = model%settings%step_size
     if (model%settings%aim > 0) state%pace%size = max(model%settings%least_step, first_share*model%settings%step_size)
     state%pace%last = state%pace%size
+    state%pace%pseudo = huge(1.0_dp)
     call rebuild_cache(model, state, cache)
     call begin_motion(model, cache, state, error)
     if (allocated(error)) return

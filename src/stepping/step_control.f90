@@ -64,10 +64,19 @@ contains
       else
         state%pace%easy = state%pace%easy + 1
         if (state%pace%easy >= easy_steps) state%pace%size = min(growth*state%pace%size, settings%step_size)
+        if (state%pace%easy >= easy_steps) state%pace%pseudo = grown(state%pace%pseudo, state%pace%size)
       end if
     end if
     if (abs(target_time(settings, state) - state%time) <= met*dt) state%time = target_time(settings, state)
   end subroutine after_step
+
+  !> The size by which inertia resists the next static step; huge once it is that of the step.
+  pure real(dp) function grown(pseudo, size)
+    real(dp), intent(in) :: pseudo, size !! time
+
+    grown = huge(1.0_dp)
+    if (pseudo < size/growth) grown = growth*pseudo
+  end function grown
 
   !> Whether a static run is to come to equilibrium under loads that stay.
   pure logical function settles(state)

@@ -40,6 +40,7 @@ module scree_step_try
   type :: try_t
     real(dp) :: dt = 0.0_dp              !! time
     real(dp) :: bound = huge(1.0_dp)     !! of an explicit one, time
+    real(dp) :: pseudo = huge(1.0_dp)    !! size by which inertia resists a static one, where that is less than `dt`, time
     type(step_rule_t) :: rule            !! with the operator of the iteration
     logical, allocatable :: green(:)     !! of the elements that can move: Green strain, else small; where the step chooses
     real(dp), allocatable :: d(:)        !! (n_unknowns) displacement of the step
@@ -51,6 +52,7 @@ module scree_step_try
     type(iteration_t) :: iteration       !! of that
     type(outcome_t) :: outcome           !! of it and of those before it
     integer :: remedy = remedy_shorter   !! where it has not settled
+    integer :: most_solves = huge(1)     !! of all tries, after which this one is given up
     real(dp) :: shorter = 1.0_dp         !! fraction of the step that the next one takes then
     real(dp) :: travel = 0.0_dp          !! largest of a vertex, where a step may go only so far, length
     real(dp) :: jump = 0.0_dp            !! largest way of a vertex beyond what was looked at, in any try, over the most

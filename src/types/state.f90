@@ -50,6 +50,7 @@ module scree_state
     real(dp) :: size = 0.0_dp            !! that the next step may have, time
     real(dp) :: last = 0.0_dp            !! size of the last step, time
     real(dp) :: bound = huge(1.0_dp)     !! of an explicit step: the least that there was, time
+    real(dp) :: pseudo = huge(1.0_dp)    !! size by which inertia resists a static step, where that is less than its own, time
     real(dp) :: small = 0.0_dp           !! size of the last small step; 0: the stage has had none, time
     integer :: easy = 0                  !! steps since the last cut
     integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
