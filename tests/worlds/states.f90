@@ -22,7 +22,8 @@ contains
     if (a%stage%number /= b%stage%number .or. a%stage%steps /= b%stage%steps .or. &
         .not. same([a%stage%begins], [b%stage%begins])) name = 'stage'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
-        same([a%pace%size, a%pace%last, a%pace%small, a%pace%bound], [b%pace%size, b%pace%last, b%pace%small, b%pace%bound])) &
+        same([a%pace%size, a%pace%last, a%pace%small, a%pace%bound, a%pace%pseudo], &
+             [b%pace%size, b%pace%last, b%pace%small, b%pace%bound, b%pace%pseudo])) &
       name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
@@ -37,6 +38,10 @@ contains
     if (.not. same([a%stress], [b%stress])) name = 'stress'
     if (.not. same([a%deformation], [b%deformation])) name = 'deformation'
     if (.not. same(a%rotation, b%rotation)) name = 'rotation'
+    if (allocated(a%static_force) .neqv. allocated(b%static_force)) name = 'whether absorbing edges bear static forces'
+    if (allocated(a%static_force) .and. allocated(b%static_force)) then
+      if (.not. same([a%static_force], [b%static_force])) name = 'static forces'
+    end if
     if (allocated(a%tied) .and. allocated(b%tied)) then
       if (.not. same(a%tied, b%tied)) name = 'tied'
     end if
