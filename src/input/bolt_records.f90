@@ -77,16 +77,16 @@ contains
                   ': expected four numbers x1 y1 x2 y2 for each bolt in bolts.ends, found '//number_text(size(s%bolt_ends)))
         return
       end if
-      if (.not. allocated(s%bolt_stiffness)) then
+      if (.not. allocated(s%bolt_numbers%stiffness)) then
         call fail(error, status_bad_input, given_at(scene%words, 'bolts.ends')// &
                   ': expected bolts.stiffness with bolts.ends, found none')
         return
       end if
-      call spread_out(s%bolt_stiffness, 'bolts.stiffness', stiffness)
-      if (.not. allocated(error)) call spread_out(s%bolt_strength, 'bolts.strength', strength)
-      if (.not. allocated(error)) call spread_out(s%bolt_pretension, 'bolts.pretension', pretension)
-      if (.not. allocated(error)) call spread_out(s%bolt_shear_stiffness, 'bolts.shear_stiffness', shear_stiffness)
-      if (.not. allocated(error)) call spread_out(s%bolt_shear_strength, 'bolts.shear_strength', shear_strength)
+      call spread_out(s%bolt_numbers%stiffness, 'bolts.stiffness', stiffness)
+      if (.not. allocated(error)) call spread_out(s%bolt_numbers%strength, 'bolts.strength', strength)
+      if (.not. allocated(error)) call spread_out(s%bolt_numbers%pretension, 'bolts.pretension', pretension)
+      if (.not. allocated(error)) call spread_out(s%bolt_numbers%shear_stiffness, 'bolts.shear_stiffness', shear_stiffness)
+      if (.not. allocated(error)) call spread_out(s%bolt_numbers%shear_strength, 'bolts.shear_strength', shear_strength)
       if (allocated(error)) return
       allocate (bolts(n))
       do i = 1, n

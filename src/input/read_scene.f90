@@ -16,6 +16,7 @@ module scree_read_scene
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
   use scree_settings, only: fill_settings, set_word, store_settings
+  use scree_support_motions, only: take_support_motions
   use scree_stages, only: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, named_lines, &
                           parts_to_stages
   use scree_system, only: fixed_point, load_point
@@ -218,6 +219,8 @@ contains
     call check_water(scene, error)
     if (allocated(error)) return
     call take_motions(scene, error)
+    if (allocated(error)) return
+    call take_support_motions(scene, error)
   end subroutine complete_stage
 
   !> Takes what the cut of the lines needs to know of all stages: their bolts, and the lines that they name. Also tells which bolts
@@ -511,7 +514,7 @@ contains
 
   end subroutine take_boundary_loads
 
-  !> Error where the lines of &support or &absorbing are none.
+  !> Error where the lines or the points of &support or &absorbing are none.
   subroutine check_lines(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
@@ -521,8 +524,12 @@ contains
       call check('support.x', s%support_x)
       call check('support.y', s%support_y)
       call check('support.both', s%support_both)
+      call check('support.moved', s%support_moved)
       call check('absorbing.lines', s%absorbing_lines)
       call check('absorbing.base', s%absorbing_base)
+      call check_points('support.points', s%support_points)
+      call check_points('support.points_x', s%support_points_x)
+      call check_points('support.points_y', s%support_points_y)
     end associate
 
   contains
@@ -546,6 +553,17 @@ contains
         return
       end do
     end subroutine check
+
+    !> Error where numbers are no points.
+    subroutine check_points(name, points)
+      character(len=*), intent(in) :: name
+      real(dp), allocatable, intent(in) :: points(:)
+
+      if (.not. allocated(points) .or. allocated(error)) return
+      if (modulo(size(points), 2) /= 0) &
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected two numbers x y for each point in '//name// &
+                  ', found '//number_text(size(points)))
+    end subroutine check_points
 
   end subroutine check_lines
 

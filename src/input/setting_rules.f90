@@ -97,6 +97,11 @@ module scree_setting_rules
                    'small strain is linear, so its first solution is exact'), &
     setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
     setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is no load that grows'), &
+    setting_rule_t('support.table', '', 'support.velocity', is_not_given, .false., 'a line has one motion'), &
+    setting_rule_t('support.velocity', '', 'step.balance', is_not_given, .false., &
+                   'a support that moves on is never in equilibrium'), &
+    setting_rule_t('support.velocity, support.table', '', 'support.moved', is_given, .true., 'there is nothing to move'), &
+    setting_rule_t('support.moved', '', 'support.velocity or support.table', is_given, .false., 'its motion is unknown'), &
     setting_rule_t('water.unit_weight', '', 'water.table', is_given, .true., 'there is no water'), &
     setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'without a unit weight its pressure is unknown'), &
     setting_rule_t('absorbing.file', '', 'absorbing.table', is_not_given, .true., 'a scene has one wave'), &

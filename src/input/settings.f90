@@ -8,6 +8,7 @@ module scree_settings
   use scree_deck_text, only: in_quotes
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
+  use scree_place_settings, only: visit_blocks, visit_bolts, visit_boundary, visit_support
   use scree_scene, only: &
     contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
     mass_constant, mass_follows_area, model_dda, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
@@ -47,6 +48,7 @@ contains
     call visit_points(row, scene)
     call visit_blocks(row, scene%settings)
     call visit_bolts(row, scene%settings)
+    call visit_support(row, scene%settings)
     call visit_boundary(row, scene%settings)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
@@ -420,83 +422,6 @@ contains
                                'force'), s%load_force)
     end associate
   end subroutine visit_points
-
-  !> Settings of the cutting of lines.
-  subroutine visit_blocks(row, s)
-    type(setting_rows_t), intent(inout) :: row
-    type(settings_t), intent(inout) :: s
-
-    call row%real(setting_t('blocks', 'least_area', &
-                            'least area of a block cut from lines; a smaller block joins its neighbour', 'length^2', &
-                            0.0_dp, default='0'), s%least_block_area)
-  end subroutine visit_blocks
-
-  !> Settings of bolts, beside those of the geometry.
-  subroutine visit_bolts(row, s)
-    type(setting_rows_t), intent(inout) :: row
-    type(settings_t), intent(inout) :: s
-
-    call row%reals(setting_t('bolts', 'ends', 'x1 y1 x2 y2 of each bolt, each end in a block', 'length'), s%bolt_ends)
-    call row%reals(setting_t('bolts', 'stiffness', &
-                             'axial stiffness, per unit thickness; one number for each bolt, or one for all', &
-                             'force/length', 0.0_dp, open=.true.), s%bolt_stiffness)
-    call row%reals(setting_t('bolts', 'pretension', &
-                             'tension at the start, one number for each bolt, or one for all', &
-                             'force', 0.0_dp, default='0 of each'), &
-                   s%bolt_pretension)
-    call row%reals(setting_t('bolts', 'strength', &
-                             'largest tension, one number for each bolt, or one for all; 0: no limit', 'force', 0.0_dp, &
-                             default='0 of each'), &
-                   s%bolt_strength)
-    call row%reals(setting_t('bolts', 'shear_stiffness', &
-                             'stiffness across a grouted bolt at each joint that it crosses; 0: not grouted', &
-                             'force/length', 0.0_dp, default='0 of each'), s%bolt_shear_stiffness)
-    call row%reals(setting_t('bolts', 'shear_strength', 'largest force across a grouted bolt; 0: no limit', 'force', 0.0_dp, &
-                             default='0 of each'), s%bolt_shear_strength)
-    call row%choice(setting_t('bolts', 'limit', 'whether all bolts yield or break at their strength', &
-                              choices='|yields|breaks|'), s%bolts_break, .false.)
-    call row%choice(setting_t('bolts', 'outside', 'ends of bolts that lie in no block: refused, or fixed in the ground', &
-                              choices='|refused|ground|'), s%ground_holds_bolts, .false.)
-  end subroutine visit_bolts
-
-  !> Settings of supports and loads of edges.
-  subroutine visit_boundary(row, s)
-    type(setting_rows_t), intent(inout) :: row
-    type(settings_t), intent(inout) :: s
-
-    call row%reals(setting_t('support', 'normal', 'x1 y1 x2 y2 of lines; edges of blocks on them do not move across the line', &
-                             'length'), s%support_normal)
-    call row%reals(setting_t('support', 'x', &
-                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move along x', 'length'), s%support_x)
-    call row%reals(setting_t('support', 'y', &
-                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move along y', 'length'), s%support_y)
-    call row%reals(setting_t('support', 'both', &
-                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move', 'length'), s%support_both)
-    call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them are loaded', &
-                             'length'), s%boundary_lines)
-    call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each line, linear between; it follows the edges', &
-                             'force/length^2', default='0 of each'), s%boundary_pressure)
-    call row%reals(setting_t('boundary', 'traction', &
-                             'tx1 ty1 tx2 ty2 at the ends of each line, linear between; it keeps its direction', &
-                             'force/length^2', default='0 of each'), s%boundary_traction)
-    call row%real(setting_t('boundary', 'ramp', &
-                            'time from the start in which boundary loads and water pressure grow from 0', 'time', 0.0_dp, &
-                           default='0'), s%boundary_ramp)
-    call row%reals(setting_t('water', 'table', 'x y of points of the water table, with ascending x; it is level beyond its ends', &
-                             'length'), s%water_table)
-    call row%real(setting_t('water', 'unit_weight', 'unit weight of the water', 'force/length^3', 0.0_dp, &
-                           open=.true.), s%water_weight)
-    call row%reals(setting_t('absorbing', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves', &
-                             'length'), s%absorbing_lines)
-    call row%reals(setting_t('absorbing', 'base', &
-                             'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves and let a wave in', &
-                             'length'), s%absorbing_base)
-    call row%reals(setting_t('absorbing', 'table', 't vx vy at ascending times: velocity of the wave that comes in'), s%wave_table)
-    call row%text(setting_t('absorbing', 'file', &
-                            'file with lines t vx vy of the wave that comes in, from the folder of the analysis deck'), s%wave_file)
-    call row%real(setting_t('absorbing', 'scale', 'factor of vx and vy, in units of the deck', '1'), s%wave_scale, 1.0_dp, &
-                  when=allocated(s%wave_table) .or. allocated(s%wave_file))
-  end subroutine visit_boundary
 
   !> Settings of the ground and of mass damping.
   subroutine visit_ground(row, s)

@@ -280,6 +280,7 @@ contains
     call add(settings%support_x)
     call add(settings%support_y)
     call add(settings%support_both)
+    call add(settings%support_moved)
     call add(settings%boundary_lines)
     call add(settings%absorbing_lines)
     call add(settings%absorbing_base)

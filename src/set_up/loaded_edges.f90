@@ -1,4 +1,4 @@
-!> The pieces of edges that lines of the deck load or hold, or that absorb waves.
+!> The pieces of edges that lines of the deck load, or that absorb waves.
 module scree_loaded_edges
   use scree_absorbing_edge, only: absorbing_edge_t
   use scree_edge_load, only: edge_load_t
@@ -10,11 +10,11 @@ module scree_loaded_edges
   use scree_setting_table, only: given_at
   use scree_sorting, only: sort_into
   use scree_state, only: state_t
-  use scree_system, only: absorber_end, edge_end, roller_end, system_t
+  use scree_system, only: absorber_end, edge_end, system_t
   use scree_text, only: number_text, short_text, text_t
   implicit none
   private
-  public :: absorb_on_edges, gaps_of_lines, hold_edges, load_carriers, load_edges
+  public :: absorb_on_edges, find_pieces, gaps_of_lines, load_carriers, load_edges
 
   !> Fraction of a line without an edge above which a run is refused, and above which `check` and a run warn.
   real(dp), parameter :: most_gap = 0.1_dp, noticeable_gap = 1e-3_dp
@@ -191,57 +191,6 @@ contains
 
   end subroutine absorb_on_edges
 
-  !> Finds the pieces that the lines of &support hold; their ends become points of the system. As displacements are linear along an
-  !> edge, what is held at its ends is held all along it; of displacements of second order, what is held in its middle too.
-  !>
-  !> Errors: a line on which no edge lies.
-  subroutine hold_edges(scene, system, state, direction, error)
-    type(scene_t), intent(in) :: scene
-    type(system_t), intent(inout) :: system
-    type(state_t), intent(inout) :: state
-    real(dp), allocatable, intent(out) :: direction(:, :) !! (2, n_points) in which each point is held alone; 0: not so
-    type(error_t), allocatable, intent(out) :: error
-    real(dp), parameter :: x_axis(2) = [1.0_dp, 0.0_dp], y_axis(2) = [0.0_dp, 1.0_dp], of_line(2) = 0.0_dp
-
-    allocate (direction(2, size(system%points%kind)), source=0.0_dp)
-    associate (s => scene%settings)
-      call hold_lines('support.normal', s%support_normal, of_line)
-      call hold_lines('support.x', s%support_x, x_axis)
-      call hold_lines('support.y', s%support_y, y_axis)
-      call hold_lines('support.both', s%support_both, x_axis)
-      call hold_lines('support.both', s%support_both, y_axis)
-    end associate
-
-  contains
-
-    !> Holds what lies on some lines in a direction; where that is 0, across them.
-    subroutine hold_lines(name, lines, along)
-      character(len=*), intent(in) :: name
-      real(dp), allocatable, intent(in) :: lines(:)
-      real(dp), intent(in) :: along(2)
-      type(piece_t), allocatable :: piece(:)
-      real(dp) :: at(2, 3), line(2, 2), held(2)
-      integer :: i, k, m
-
-      if (.not. allocated(lines) .or. allocated(error)) return
-      do i = 1, size(lines)/4
-        line = reshape(lines(4*i - 3:4*i), [2, 2])
-        call find_pieces(scene, system, state, name, i, line, piece, error)
-        if (allocated(error)) return
-        held = along
-        if (.not. norm2(along) > 0) held = [line(2, 1) - line(2, 2), line(1, 2) - line(1, 1)]/norm2(line(:, 2) - line(:, 1))
-        do m = 1, size(piece)
-          at = reshape([piece(m)%ends, 0.5_dp*(piece(m)%ends(:, 1) + piece(m)%ends(:, 2))], [2, 3])
-          do k = 1, merge(3, 2, scene%settings%second_order)
-            call add_point(roller_end, piece(m)%element, at(:, k), system, state)
-            direction = reshape([direction, held], [2, size(direction, 2) + 1])
-          end do
-        end do
-      end do
-    end subroutine hold_lines
-
-  end subroutine hold_edges
-
   !> Which pieces are of blocks that no stage has removed.
   pure function is_there(system, piece)
     type(system_t), intent(in) :: system
@@ -313,6 +262,7 @@ contains
       call look('support.x', s%support_x)
       call look('support.y', s%support_y)
       call look('support.both', s%support_both)
+      call look('support.moved', s%support_moved)
       call look('absorbing.base', s%absorbing_base)
       call look('absorbing.lines', s%absorbing_lines)
       call look('boundary.lines', s%boundary_lines)

@@ -12,6 +12,7 @@ module scree_make_effects
   use scree_material, only: elasticity
   use scree_model, only: effects_t
   use scree_pairs, only: list_pairs, pair_of
+  use scree_rollers, only: roller_t
   use scree_scene, only: contact_none, effect_t, fixed_exact, mass_follows_area, model_nmm, rotation_linear, scene_t, &
                          scheme_bathe, scheme_central_difference, scheme_energy_decaying, scheme_energy_momentum, &
                          scheme_generalized_alpha, settings_t, strain_auto, strain_green, strain_rotation, time_table_t
@@ -35,13 +36,13 @@ module scree_make_effects
 contains
 
   !> The effects, decided once. Only materials that a block is made of count.
-  subroutine make_effects(scene, blocks, system, state, quality, direction, effects, list)
+  subroutine make_effects(scene, blocks, system, state, quality, roller, effects, list)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(system_t), intent(in) :: system
     type(state_t), intent(in) :: state
     type(cover_quality_t), intent(in) :: quality
-    real(dp), intent(in) :: direction(:, :)           !! (2, n_points) in which each point is held alone; 0: not so
+    type(roller_t), intent(in) :: roller(:)           !! (n_points)
     type(effects_t), intent(out) :: effects
     type(effect_t), allocatable, intent(out) :: list(:)
     integer :: places_of_piece                        ! of an edge: its ends, with covers of second order its middle too
@@ -207,21 +208,23 @@ contains
       if (size(of_kind) + size(rollers) == 0) return
       allocate (table(size(of_kind) + size(rollers)))
       table(:size(of_kind)) = scene%fixed_table(there)
+      table(size(of_kind) + 1:) = roller(rollers)%table
       allocate (effects%fixed_point)
       associate (held => effects%fixed_point)
         held%by_springs = scene%settings%fixed /= fixed_exact
         held%stiffness = scene%settings%fixed_stiffness
         if (size(of_kind) > 0) call name('fixed points', number_text(size(of_kind))//' in the geometry, '// &
                                          merge('held by springs', 'held exactly   ', held%by_springs))
-        if (size(rollers) > 0) call name('rollers', 'edges on lines of &support, '//number_text(size(rollers)/places_of_piece)// &
-                                         ' in all, '//merge('held by springs', 'held exactly   ', held%by_springs))
+        if (size(rollers) > 0) call name('rollers', 'edges and points of &support, held at '//number_text(size(rollers))// &
+                                         ' places, '//merge('held by springs', 'held exactly   ', held%by_springs))
         call by_element(system, [of_kind, rollers], table, held%first, held%point, held%table)
-        if (size(rollers) > 0) held%direction = direction(:, held%point)
+        if (size(rollers) > 0) held%direction = reshape([(roller(held%point(i))%direction, i=1, size(held%point))], &
+                                                        [2, size(held%point)])
         held%home = state%point(:, held%point)
         do i = 1, size(held%table)
           held%moves = held%moves .or. allocated(held%table(i)%time)
         end do
-        if (held%moves) call name('moving supports', 'displacements of fixed points in the analysis deck')
+        if (held%moves) call name('moving supports', 'displacements of fixed points in the analysis deck, or moved in &support')
       end associate
     end subroutine hold_points
 

@@ -15,10 +15,11 @@ module scree_set_up
   use scree_kinds, only: dp, pi
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
-  use scree_loaded_edges, only: absorb_on_edges, hold_edges, load_carriers, load_edges
+  use scree_loaded_edges, only: absorb_on_edges, load_carriers, load_edges
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
+  use scree_rollers, only: hold_edges, roller_t
   use scree_scene, only: effect_t, model_dda, scene_t, strain_green, strain_rotation
   use scree_second_order, only: cut_into_cells
   use scree_setting_table, only: from_of, given_at
@@ -53,7 +54,7 @@ contains
     type(cover_quality_t) :: quality
     type(edge_load_t), allocatable :: load
     type(absorbing_edge_t), allocatable :: absorbing
-    real(dp), allocatable :: direction(:, :) ! (2, n_points)
+    type(roller_t), allocatable :: roller(:) ! (n_points)
 
     model%settings = scene%settings
     call make_system(scene, blocks, model%system_t, state, quality, error)
@@ -61,7 +62,7 @@ contains
     model%present = .not. scene%removed
     call load_edges(scene, model%system_t, state, load, error)
     if (allocated(error)) return
-    call hold_edges(scene, model%system_t, state, direction, error)
+    call hold_edges(scene, model%system_t, state, roller, error)
     if (allocated(error)) return
     call absorb_on_edges(scene, model%system_t, state, absorbing, error)
     if (allocated(error)) return
@@ -71,7 +72,7 @@ contains
     model%start_point = state%point
     state%home = state%point
     state%static_force = 0*state%point
-    call make_effects(scene, blocks, model%system_t, state, quality, direction, model%effects, list)
+    call make_effects(scene, blocks, model%system_t, state, quality, roller, model%effects, list)
     call move_alloc(load, model%effects%edge_load)
     call move_alloc(absorbing, model%effects%absorbing_edge)
     if (allocated(model%effects%bolt)) then

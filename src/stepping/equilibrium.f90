@@ -287,12 +287,13 @@ contains
     real(dp), intent(out) :: left(:), acts(:)      !! (n_blocks) force per unit thickness
     logical :: counted(model%n_unknowns), held(model%n_elements)
     type(step_rule_t) :: rule
-    real(dp) :: balancing, stiffness
+    real(dp) :: balancing, elastic, stiffness
     integer :: e, group, i, k
 
     left = 0.0_dp
     acts = 0.0_dp
     balancing = 0.0_dp
+    elastic = 0.0_dp
     stiffness = 0.0_dp
     counted = .false.
     held = .false.
@@ -304,6 +305,7 @@ contains
       e = model%elements%free(k)
       associate (ids => cache%equations%unknown(:, e), span => cache%equations%span, b => model%elements%block(e))
         stiffness = stiffness + cache%element(e)%elasticity(1, 1)*sqrt(cache%element(e)%kinematics%area)
+        elastic = elastic + maxval(abs(state%stress(:, e)))*sqrt(cache%element(e)%kinematics%area)
         acts(b) = acts(b) + load_on_element(model, cache%element(e), state, e, rule)
         if (held(e)) cycle
         do i = 1, size(ids), 2 ! unknowns come in twos, those of a cover together
@@ -314,7 +316,7 @@ contains
         end do
       end associate
     end do
-    if (.not. any(acts > 0)) acts = balancing + no_strain*stiffness
+    if (.not. any(acts > 0)) acts = max(balancing, elastic) + no_strain*stiffness ! supports may bear the elastic forces
     where (.not. acts > 0) acts = sum(acts)
   end subroutine forces_of_bodies
 

@@ -9,8 +9,9 @@ module scree_scene
   use scree_text, only: text_t
   implicit none
   private
-  public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, kind_of, line_t, point_t, polygons_t, &
-            order_text, run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, word_t
+  public :: block_material_t, bolt_numbers_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, kind_of, line_t, &
+            motion_t, order_text, point_t, polygons_t, run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, &
+            word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
@@ -76,6 +77,15 @@ module scree_scene
     character(len=:), allocatable :: source !! where it stands: file and line
   end type bolt_record_t
 
+  !> Numbers of the bolts of a group: one for each, or one for all.
+  type :: bolt_numbers_t
+    real(dp), allocatable :: stiffness(:)       !! force/length per unit thickness
+    real(dp), allocatable :: strength(:)        !! 0: without limit, force per unit thickness
+    real(dp), allocatable :: pretension(:)      !! force per unit thickness
+    real(dp), allocatable :: shear_stiffness(:) !! 0: not grouted, force/length per unit thickness
+    real(dp), allocatable :: shear_strength(:)  !! 0: without limit, force per unit thickness
+  end type bolt_numbers_t
+
   !> Load on the edges of blocks that lie on a line: its values at the ends, linear between.
   type :: boundary_load_t
     real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
@@ -119,6 +129,12 @@ module scree_scene
     real(dp), allocatable :: value(:, :)    !! (2, n)
     logical :: kept = .true.                !! the first value before its time, the last after; else zero
   end type time_table_t
+
+  !> Motion of a support: its displacement from where the stage begins, and the directions in which it holds.
+  type :: motion_t
+    type(time_table_t) :: table             !! without times: it has come to rest, length
+    real(dp), allocatable :: direction(:, :) !! (2, 1 or 2) unit vectors
+  end type motion_t
 
   !> Every choice and number of the named groups, after defaults. A component begins as a deck without its name leaves it, unless
   !> its default depends on others.
@@ -204,17 +220,19 @@ module scree_scene
     real(dp) :: gravity_ramp = 0.0_dp       !! in which the weight grows, time
     real(dp) :: least_block_area = 0.0_dp   !! a smaller one joins its neighbour, length^2
     real(dp), allocatable :: bolt_ends(:)   !! x1 y1 x2 y2 of each bolt, length
-    real(dp), allocatable :: bolt_stiffness(:)  !! of each bolt, or one of all, force/length per unit thickness
-    real(dp), allocatable :: bolt_strength(:)   !! likewise, 0: without limit, force per unit thickness
-    real(dp), allocatable :: bolt_pretension(:) !! likewise, force per unit thickness
-    real(dp), allocatable :: bolt_shear_stiffness(:) !! likewise, 0: not grouted, force/length per unit thickness
-    real(dp), allocatable :: bolt_shear_strength(:) !! likewise, 0: without limit, force per unit thickness
+    type(bolt_numbers_t) :: bolt_numbers    !! of these
     logical :: bolts_break = .false.        !! at their strength, else they yield
     logical :: ground_holds_bolts = .false. !! at ends that lie in no block; else such ends are refused
     real(dp), allocatable :: support_normal(:) !! x1 y1 x2 y2 of each line, length
     real(dp), allocatable :: support_x(:)   !! likewise
     real(dp), allocatable :: support_y(:)   !! likewise
     real(dp), allocatable :: support_both(:) !! likewise
+    real(dp), allocatable :: support_points(:)   !! x y of each point that is held, length
+    real(dp), allocatable :: support_points_x(:) !! likewise, along x alone
+    real(dp), allocatable :: support_points_y(:) !! likewise, along y alone
+    real(dp), allocatable :: support_moved(:)    !! x1 y1 x2 y2 of each line that moves, length
+    real(dp), allocatable :: support_velocity(:) !! vx vy of each of these, or of all, length/time
+    real(dp), allocatable :: support_table(:)    !! t ux uy of all of them, at one time after the other
     real(dp), allocatable :: boundary_lines(:)    !! x1 y1 x2 y2 of each, length
     real(dp), allocatable :: boundary_pressure(:) !! at both ends of each, force/length^2
     real(dp), allocatable :: boundary_traction(:) !! tx ty at both ends of each, force/length^2
@@ -279,6 +297,7 @@ module scree_scene
     type(block_material_t), allocatable :: block_material(:)
     type(joint_material_t), allocatable :: joint_material(:)
     type(boundary_load_t), allocatable :: boundary_loads(:)
+    type(motion_t), allocatable :: motions(:) !! of the lines of supports that move
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
     type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
     type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time

@@ -51,7 +51,7 @@ def breach(subject, condition):
     for setting in choices or [f"{name}={sample(name)}" for name in subject.split(", ")]:
         given = [setting]
         if condition.startswith("without "):
-            yield {}, [*given, f"{condition[8:]}={sample(condition[8:])}"]
+            yield {"k01": "0"} if "step.balance" in condition else {}, [*given, f"{condition[8:]}={sample(condition[8:])}"]
         elif condition.endswith(" above 0"):
             other = condition[5:-8]
             if other in NUMBERS:

@@ -457,3 +457,40 @@ def test_an_arch_bears_itself_and_bricks_stand(tmp_path):
     areas = r.bodies.area[0]
     assert areas[1:13].sum() == pytest.approx(12 * math.sin(math.radians(15)) / 2 * (2.6 ** 2 - 2 ** 2)) and areas[13:].sum() == pytest.approx(24)
     assert r.support("ground").reaction == pytest.approx([0, 2000 * 9.81 * areas.sum()], rel=1e-4, abs=100)
+
+
+def platen(**motion):
+    """A block between a floor that is smooth but for one point and a platen that moves."""
+    m = scree.Model("platen")
+    m.material("rock", density=2500, young=1e9, unit_weight=0)
+    m.joint_material("side", phi=30)
+    m.block("sample", [(0, 0), (2, 0), (2, 1), (0, 1)])
+    m.support("floor", [(0, 0), (2, 0)], hold="y")
+    m.support("pin", points=[(1, 0)], hold="x")
+    m.support("platen", [(0, 1), (2, 1)], **motion)
+    m.static(balance=None, steps=20, size=0.05)
+    return m
+
+
+@pytest.mark.parametrize("motion", [{"velocity": (0, -1e-3)}, {"table": [(0, 0, 0), (1, 0, -1e-3)]}])
+def test_a_moved_support_has_a_reaction_and_survives_a_deck(motion, tmp_path):
+    m = platen(**motion)
+    first = m.save(tmp_path / "first.ana")
+    assert scree.Model.read(first).save(tmp_path / "second.ana").read_text() == first.read_text().replace("first.", "second.")
+    r = scree.Model.read(first).run(tmp_path / "platen.h5")
+    for frame, share in (10, 0.5), (-1, 1):  # plane strain and sides that are free
+        stress = share * 1e-3 * 1e9 / (1 - 0.25 ** 2)
+        assert r.support("platen", frame).reaction == pytest.approx([0, -2 * stress], rel=2e-3, abs=1)
+        assert r.support("floor", frame).reaction == pytest.approx([0, 2 * stress], rel=2e-3, abs=1)
+    assert r.support("pin").reaction == pytest.approx([0, 0], abs=1)
+
+
+def test_a_model_has_one_kind_of_motion():
+    with pytest.raises(ModelError, match=r"support\(velocity=, table=\): expected one of both for all lines that move, found two"):
+        platen(velocity=(0, 1), table=[(0, 0, 0), (1, 0, 1)])
+    with pytest.raises(ModelError, match=r"support\(velocity=, table=\): expected one of both for all lines that move, found two"):
+        platen(velocity=(0, 1)).support("side", [(0, 0), (0, 1)], table=[(0, 0, 0), (1, 0, 1)])
+    with pytest.raises(ModelError, match=r"support\(line=, points=\): expected one of both"):
+        platen(velocity=(0, 1)).support("side")
+    with pytest.raises(ModelError, match=r"support\(hold=\) of points: expected one of both, x, y, found 'normal'"):
+        platen(velocity=(0, 1)).support("pins", points=[(0, 0)], hold="normal")

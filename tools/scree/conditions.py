@@ -15,7 +15,7 @@ LINE, PLACE, TRACTION = 4, 2, 4  # numbers of a line x1 y1 x2 y2, of a place, of
 FIXED, LOADED = 1, 2  # kinds of points
 HATCH = r"$////$"
 WATER, SUPPORT, LOAD, QUIET = "#0072B2", "0.25", "#CC79A7", "#009E73"
-HOLDS = ("both", "normal", "x", "y")
+HOLDS = ("both", "normal", "x", "y", "moved")
 STROKE = 0.012      # of the strokes of a support and of the signs of a support and a water table, over the size of a picture
 ARROW = 0.08        # of the longest arrow of a load
 ALONG = 0.03        # between the arrows of a line
@@ -33,7 +33,7 @@ def draw_conditions(axis, file, frame, common):
         edges = edges_on(file, frame, numbers(settings, f"support.{hold}"))
         if len(edges):
             draw_support(axis, edges, hold, size)
-            name = "fixed support" if hold == "both" else "roller support"
+            name = {"both": "fixed support", "moved": "moved support"}.get(hold, "roller support")
             entries[name] = Line2D([], [], color=SUPPORT, linestyle="none", marker=HATCH if hold == "both" else "o", markersize=5,
                                    markeredgewidth=0.8, markerfacecolor=SUPPORT if hold == "both" else "none")
     kinds, points = file.points(frame)

@@ -8,13 +8,15 @@ from ..errors import ModelError
 from .geometry import Blocks, Place, tidied
 from .rock import Rock
 from .text import Part, Setting, of_rows
-from .words import HOLDS, Point, Points, number, one_of, places, text, vector, whole
+from .words import HOLDS, POINT_HOLDS, Point, Points, number, one_of, places, text, vector, whole
 
 # Lists of lines in decks: how many numbers a line has, and further lists with so many for each line.
 BOLT_NUMBERS = ("stiffness", "strength", "pretension", "shear_stiffness", "shear_strength")
 COLUMNS = {"bolts.ends": dict.fromkeys(BOLT_NUMBERS, 1), "boundary.lines": {"pressure": 2, "traction": 4},
-           **{f"support.{hold}": {} for hold in HOLDS}}
-LINE = 4  # numbers: x1 y1 x2 y2
+           **{f"support.{hold}": {} for hold in HOLDS}, "support.moved": {"velocity": 2},
+           **{f"support.{points}": {} for points in POINT_HOLDS.values()}}
+LINE, POINT = 4, 2  # numbers: x1 y1 x2 y2, x y
+WIDTH_OF = {f"support.{points}": POINT for points in POINT_HOLDS.values()}
 STEP_SETTINGS = ("step.size", "step.count", "step.end_time", "step.balance")
 
 
@@ -68,12 +70,12 @@ class Holding(Rock):
     def _rows(self, lines):
         """The lines in force: for each its numbers, its name and its numbers in further lists."""
         found, group = self.in_force(lines), lines.partition(".")[0]
-        rows = found.rows(LINE) if found else []
+        rows = found.rows(WIDTH_OF.get(lines, LINE)) if found else []
         columns = {}
         for column, width in COLUMNS[lines].items():
             given = self.in_force(f"{group}.{column}")
             values = [] if given is None or isinstance(given.value, str) else given.value
-            if len(values) == 1 and width == 1:
+            if len(values) == width:
                 values = values * len(rows)
             columns[column] = [tuple(values[i * width:(i + 1) * width]) or (0.0,) * width for i in range(len(rows))]
         return [{"line": line, "name": name, **{column: values[i] for column, values in columns.items()}}
@@ -105,12 +107,39 @@ class Holding(Rock):
             names = dict.fromkeys(row["name"] for lines in COLUMNS for row in self._rows(lines) if row["name"])
             one_of(name, list(names), "remove(name=)")
 
-    def support(self, name: str, line: Points, hold: str = "both") -> None:
-        """Holds the edges of blocks on a line, from point to point: `both` wholly, `normal` across the line, `x` or `y` along an axis."""
+    def support(self, name: str, line: Points | None = None, hold: str = "both", points: Points | None = None,
+                velocity: Point | None = None, table: Sequence[Point] | None = None) -> None:
+        """Holds the edges of blocks on a line, from point to point: `both` wholly, `normal` across the line, `x` or `y` along an axis.
+        In place of a line, `points` of blocks are held, `both`, `x` or `y`.
+
+        With a `velocity` (x, y), or a `table` of times of the stage with (t, x, y), the line moves. It holds edges along that motion alone;
+        another support of the same line holds them across. All lines of a stage that tables move have one table.
+        """
+        text(name, "support(name=)")
+        if (line is None) == (points is None):
+            raise ModelError("support(line=, points=): expected one of both")
+        if line is None:
+            lines = f"support.{POINT_HOLDS[one_of(hold, POINT_HOLDS, 'support(hold=) of points')]}"
+            self._set_rows(lines, self._rows(lines) + [{"line": point, "name": name} for point in places(points, "support(points=)", 1)])
+            return
+        moved = velocity is not None or table is not None
+        lines = "support.moved" if moved else f"support.{one_of(hold, HOLDS, 'support(hold=)')}"
         line = places(line, "support(line=)", 2)
-        lines = f"support.{one_of(hold, HOLDS, 'support(hold=)')}"
-        self._set_rows(lines, self._rows(lines) + [{"line": (*p, *q), "name": text(name, "support(name=)")}
-                                                   for p, q in zip(line, line[1:])])
+        rows = [{"line": (*p, *q), "name": name} for p, q in zip(line, line[1:])]
+        if moved:
+            self._move_support(velocity, table)
+            speed = (0.0, 0.0) if velocity is None else vector(velocity, "support(velocity=)")
+            rows = [{**row, "velocity": speed} for row in rows]
+        self._set_rows(lines, self._rows(lines) + rows)
+
+    def _move_support(self, velocity, table):
+        """Takes the table of moved supports; ModelError where the lines would have two motions."""
+        there = "support.table" if self.in_force("support.table") else "support.velocity" if self.in_force("support.velocity") else None
+        if (velocity is None) == (table is None) or there == ("support.table" if table is None else "support.velocity"):
+            raise ModelError("support(velocity=, table=): expected one of both for all lines that move, found two")
+        if table is not None:
+            rows = [vector(row, "support(table=)", 3) for row in table]
+            self.parts[-1]["support.table"] = Setting([value for row in rows for value in row])
 
     def load(self, name: str, line: Points, pressure: float | Sequence[float] = 0.0, traction: Point = (0.0, 0.0)) -> None:
         """Loads the edges of blocks on a line: a pressure across them, one number or one for each point of the line; a traction (x, y)

@@ -9,11 +9,12 @@ import numpy as np
 from ..errors import ResultsError
 from ..polygons import SLOPE, on_lines
 from ..results import Results
-from .holding import LINE
-from .views import ALIKE, distance_to, model_of, size_of, tolerance_of
-from .words import HOLDS
+from .views import ALIKE, distance_to, element_at, model_of, size_of, tolerance_of
+from .words import HOLDS, POINT_HOLDS
 
 BALANCED = 1e-3  # of the forces on a block: what reactions may leave of them
+WAYS_OF_POINTS = {"both": [0, 1], "x": [0], "y": [1]}  # axes that points are held along
+ONE_WAY = 1e-9  # of the largest displacement of a table: what is across one direction
 GAUSS = ((1 - 3 ** -0.5) / 2, (1 + 3 ** -0.5) / 2)  # shares of a line whose two halves integrate cubics
 
 
@@ -47,7 +48,7 @@ def support_of(results: Results, name: str, frame: int = -1) -> Support:
         columns = np.array([modes_at(polygons[block - 1][corner] if corner is not None else place, centre).T @ way
                             for _, way, corner, place in points]).T
         found, *_ = np.linalg.lstsq(columns, lacking, rcond=None)
-        if np.abs(columns @ found - lacking)[:2].max() > BALANCED * scale:
+        if np.abs(columns @ found - lacking)[:2].max() > BALANCED * (scale + np.abs(found).sum()):
             raise ResultsError(f"support: expected block {block} in equilibrium, found forces out of balance")
         total += sum((force * way for force, (own, way, *_) in zip(found, points) if own == name), np.zeros(2))
     return Support(total)
@@ -62,17 +63,22 @@ def modes_at(place, centre):
 def held_points(results, model):
     """For each block with held points: the name of what holds, the direction held, its corner (None for a fixed point), its place."""
     held, polygons, near = {}, results.polygons(0), tolerance_of(results)
-    for hold in HOLDS:
-        setting = model.in_force(f"support.{hold}")
-        for line, own in setting.rows(LINE) if setting else ():
+    for hold in (*HOLDS, "moved"):
+        for row in model._rows(f"support.{hold}"):
+            line, own = row["line"], row["name"]
             side = np.array(line[2:]) - line[:2]
-            ways = {"both": np.eye(2), "x": [np.array([1.0, 0])], "y": [np.array([0, 1.0])],
-                    "normal": [np.array([-side[1], side[0]]) / np.linalg.norm(side)]}[hold]
+            ways = ways_of_motion(model, row) if hold == "moved" else {
+                "both": np.eye(2), "x": [np.array([1.0, 0])], "y": [np.array([0, 1.0])],
+                "normal": [np.array([-side[1], side[0]]) / np.linalg.norm(side)]}[hold]
             for block, corners in zip(results.block, polygons):
                 after = np.roll(corners, -1, axis=0)
                 edges = np.flatnonzero(on_lines((corners + after) / 2, after - corners, [line], near))
                 for corner in np.unique(np.concatenate([edges, (edges + 1) % len(corners)])):
                     held.setdefault(int(block), []).extend((own, way, int(corner), None) for way in ways)
+    for hold, points in POINT_HOLDS.items():
+        for row in model._rows(f"support.{points}"):
+            block = int(results.block[element_at(results, polygons, np.array(row["line"]), np.ones(len(polygons), bool))])
+            held.setdefault(block, []).extend((row["name"], way, None, np.array(row["line"])) for way in np.eye(2)[WAYS_OF_POINTS[hold]])
     if "points" in results:
         rows = np.flatnonzero(results.points.kind == 1)
         known = [row.name for row in model.geometry.fixed]
@@ -81,6 +87,14 @@ def held_points(results, model):
             block = int(results.block[results.points.element[k] - 1])
             held.setdefault(block, []).extend((own, way, None, results.points.place[k]) for way in np.eye(2))
     return held
+
+
+def ways_of_motion(model, row):
+    """The directions in which a moved line holds: that of its velocity, or of all displacements of its table."""
+    table = model.in_force("support.table")
+    shifts = np.array([row["velocity"]]) if table is None else np.diff(np.reshape(table.value, (-1, 3))[:, 1:], axis=0)
+    _, sizes, ways = np.linalg.svd(shifts, full_matrices=False)
+    return ways[sizes > ONE_WAY * sizes[0]]
 
 
 def forces_on_edges(results, model, polygons):

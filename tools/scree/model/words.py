@@ -17,6 +17,7 @@ TIMES = {"s": 1.0, "ms": 1e-3}  # in s
 STRESSES = {1.0: "Pa", 1e3: "kPa", 1e6: "MPa", 1e9: "GPa"}  # by how many Pa
 GRAVITY, WATER = 9.81, 1000.0  # m/s^2, kg/m^3
 HOLDS = ("normal", "x", "y", "both")
+POINT_HOLDS = {"both": "points", "x": "points_x", "y": "points_y"}  # lists of &support with points
 
 
 @dataclasses.dataclass

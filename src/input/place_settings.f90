@@ -1,0 +1,117 @@
+!> Rows of the table of settings that say where something is: cutting, bolts, supports, loads, water, edges that absorb waves.
+module scree_place_settings
+  use scree_kinds, only: dp
+  use scree_scene, only: bolt_numbers_t, settings_t
+  use scree_setting_rows, only: setting_rows_t
+  use scree_setting_table, only: setting_t
+  implicit none
+  private
+  public :: visit_blocks, visit_bolts, visit_boundary, visit_support
+
+contains
+
+  !> Settings of the cutting of lines.
+  subroutine visit_blocks(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%real(setting_t('blocks', 'least_area', &
+                            'least area of a block cut from lines; a smaller block joins its neighbour', 'length^2', &
+                            0.0_dp, default='0'), s%least_block_area)
+  end subroutine visit_blocks
+
+  !> Settings of bolts, beside those of the geometry.
+  subroutine visit_bolts(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('bolts', 'ends', 'x1 y1 x2 y2 of each bolt, each end in a block', 'length'), s%bolt_ends)
+    call visit_bolt_numbers(row, 'bolts', s%bolt_numbers)
+    call row%choice(setting_t('bolts', 'limit', 'whether all bolts yield or break at their strength', &
+                              choices='|yields|breaks|'), s%bolts_break, .false.)
+    call row%choice(setting_t('bolts', 'outside', 'ends of bolts that lie in no block: refused, or fixed in the ground', &
+                              choices='|refused|ground|'), s%ground_holds_bolts, .false.)
+  end subroutine visit_bolts
+
+  !> Numbers of the bolts of a group.
+  subroutine visit_bolt_numbers(row, group, numbers)
+    type(setting_rows_t), intent(inout) :: row
+    character(len=*), intent(in) :: group
+    type(bolt_numbers_t), intent(inout) :: numbers
+
+    call row%reals(setting_t(group, 'stiffness', &
+                             'axial stiffness, per unit thickness; one number for each bolt, or one for all', &
+                             'force/length', 0.0_dp, open=.true.), numbers%stiffness)
+    call row%reals(setting_t(group, 'pretension', &
+                             'tension at the start, one number for each bolt, or one for all', &
+                             'force', 0.0_dp, default='0 of each'), numbers%pretension)
+    call row%reals(setting_t(group, 'strength', &
+                             'largest tension, one number for each bolt, or one for all; 0: no limit', 'force', 0.0_dp, &
+                             default='0 of each'), numbers%strength)
+    call row%reals(setting_t(group, 'shear_stiffness', &
+                             'stiffness across a grouted bolt at each joint that it crosses; 0: not grouted', &
+                             'force/length', 0.0_dp, default='0 of each'), numbers%shear_stiffness)
+    call row%reals(setting_t(group, 'shear_strength', 'largest force across a grouted bolt; 0: no limit', 'force', 0.0_dp, &
+                             default='0 of each'), numbers%shear_strength)
+  end subroutine visit_bolt_numbers
+
+  !> Settings of supports.
+  subroutine visit_support(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('support', 'normal', 'x1 y1 x2 y2 of lines; edges of blocks on them do not move across the line', &
+                             'length'), s%support_normal)
+    call row%reals(setting_t('support', 'x', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move along x', 'length'), s%support_x)
+    call row%reals(setting_t('support', 'y', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move along y', 'length'), s%support_y)
+    call row%reals(setting_t('support', 'both', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them do not move', 'length'), s%support_both)
+    call row%reals(setting_t('support', 'points', 'x y of points of blocks that do not move', 'length'), s%support_points)
+    call row%reals(setting_t('support', 'points_x', 'x y of points of blocks that do not move along x', 'length'), &
+                   s%support_points_x)
+    call row%reals(setting_t('support', 'points_y', 'x y of points of blocks that do not move along y', 'length'), &
+                   s%support_points_y)
+    call row%reals(setting_t('support', 'moved', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them move as prescribed, and freely across that motion', &
+                             'length'), s%support_moved)
+    call row%reals(setting_t('support', 'velocity', 'vx vy of each line of support.moved, or of all', 'length/time'), &
+                   s%support_velocity)
+    call row%reals(setting_t('support', 'table', &
+                             't ux uy at ascending times of the stage: displacement of the lines of support.moved'), &
+                   s%support_table)
+  end subroutine visit_support
+
+  !> Settings of loads of edges, water, and edges that absorb waves.
+  subroutine visit_boundary(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('boundary', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them are loaded', &
+                             'length'), s%boundary_lines)
+    call row%reals(setting_t('boundary', 'pressure', 'p1 p2 at the ends of each line, linear between; it follows the edges', &
+                             'force/length^2', default='0 of each'), s%boundary_pressure)
+    call row%reals(setting_t('boundary', 'traction', &
+                             'tx1 ty1 tx2 ty2 at the ends of each line, linear between; it keeps its direction', &
+                             'force/length^2', default='0 of each'), s%boundary_traction)
+    call row%real(setting_t('boundary', 'ramp', &
+                            'time from the start in which boundary loads and water pressure grow from 0', 'time', 0.0_dp, &
+                           default='0'), s%boundary_ramp)
+    call row%reals(setting_t('water', 'table', 'x y of points of the water table, with ascending x; it is level beyond its ends', &
+                             'length'), s%water_table)
+    call row%real(setting_t('water', 'unit_weight', 'unit weight of the water', 'force/length^3', 0.0_dp, &
+                           open=.true.), s%water_weight)
+    call row%reals(setting_t('absorbing', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves', &
+                             'length'), s%absorbing_lines)
+    call row%reals(setting_t('absorbing', 'base', &
+                             'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves and let a wave in', &
+                             'length'), s%absorbing_base)
+    call row%reals(setting_t('absorbing', 'table', 't vx vy at ascending times: velocity of the wave that comes in'), s%wave_table)
+    call row%text(setting_t('absorbing', 'file', &
+                            'file with lines t vx vy of the wave that comes in, from the folder of the analysis deck'), s%wave_file)
+    call row%real(setting_t('absorbing', 'scale', 'factor of vx and vy, in units of the deck', '1'), s%wave_scale, 1.0_dp, &
+                  when=allocated(s%wave_table) .or. allocated(s%wave_file))
+  end subroutine visit_boundary
+
+end module scree_place_settings
