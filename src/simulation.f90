@@ -155,6 +155,7 @@ contains
     call begin_phase(run%cache%timers, phase_other)
     ending%path = options%results_path
     ending%status = status_of(options, run, error)
+    call warn_of_loose(run)
     if (index(ending%status, unsettled) == 1 .or. index(ending%status, moving) == 1) call warn(run%progress, ending%status)
     ending%cost = costs_of(run%cache%timers)
     if (allocated(run%summary)) then
@@ -349,6 +350,7 @@ contains
     next = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
     call set_up_next(next, blocks, run%model, run%state, run%cache, model, state, said, error)
     if (allocated(error)) return
+    call warn_of_loose(run)
     call end_stage(words_of_stage(run), verdict_of(run), run%model, run%state, run%summary)
     run%scene = next
     if (len(said) > 0) call tell(run%progress, said)
@@ -365,6 +367,21 @@ contains
     call begin_stage(run%model, run%state, run%summary)
     call begin_phase(run%cache%timers, phase_other)
   end subroutine begin_next_stage
+
+  !> Warns of blocks that a stage ends without, as they move on and on.
+  subroutine warn_of_loose(run)
+    type(run_t), intent(inout) :: run
+    character(len=:), allocatable :: others
+
+    if (.not. allocated(run%state%settling)) return
+    associate (loose => run%state%settling%loose)
+      if (.not. any(loose)) return
+      others = ''
+      if (count(loose) > 1) others = ' and '//number_text(count(loose) - 1)//' others'
+      call warn(run%progress, words_of_stage(run)//' ended without block '//number_text(findloc(loose, .true., 1))//others// &
+                ', which nothing stops')
+    end associate
+  end subroutine warn_of_loose
 
   !> What a stage that others follow came to.
   pure function verdict_of(run) result(verdict)

@@ -1,7 +1,10 @@
-!> Bolts as decks give them: rows of a geometry deck (Shi's dc), records of a block file, lists of the group &bolts.
+!> Bolts as decks give them: rows of a geometry deck (Shi's dc), records of a block file, lists of the group &bolts, patterns of
+!> &bolt_row and &bolt_ring.
 !>
 !> Each is `x1 y1 x2 y2 e0 t0 f0`: ends, stiffness, strength, pretension; a block file has the blocks `n1 n2` of the ends before e0.
 module scree_bolt_records
+  use scree_bolt_numbers, only: bolt_numbers_t
+  use scree_bolt_patterns, only: bolts_of_rings, bolts_of_rows, one_for_each
   use scree_deck_options, only: begin_thing
   use scree_deck_text, only: deck_t, expect, next_real, next_reals
   use scree_errors, only: error_t, fail, status_bad_input
@@ -60,71 +63,91 @@ contains
     end do
   end subroutine read_bolts
 
-  !> Adds the bolts of &bolts to those of the geometry. Errors: lists of different lengths, numbers that make no bolt.
+  !> Adds the bolts of &bolts, and of the rows and rings of &bolt_row and &bolt_ring, to those of the geometry.
+  !>
+  !> Errors: lists of different lengths, numbers that make no bolt.
   subroutine take_bolts(scene, error)
     type(scene_t), intent(inout) :: scene
     type(error_t), allocatable, intent(out) :: error
-    type(bolt_record_t), allocatable :: bolts(:)
-    real(dp), allocatable, dimension(:) :: pretension, shear_stiffness, shear_strength, stiffness, strength
-    integer :: i, n
+    real(dp), allocatable :: ends(:, :, :)
+    integer, allocatable :: of(:)
+    integer :: i
 
     if (.not. allocated(scene%bolts)) allocate (scene%bolts(0))
     associate (s => scene%settings)
-      if (.not. allocated(s%bolt_ends)) return
-      n = size(s%bolt_ends)/4
-      if (n == 0 .or. size(s%bolt_ends) /= 4*n) then
-        call fail(error, status_bad_input, given_at(scene%words, 'bolts.ends')// &
-                  ': expected four numbers x1 y1 x2 y2 for each bolt in bolts.ends, found '//number_text(size(s%bolt_ends)))
-        return
-      end if
-      if (.not. allocated(s%bolt_numbers%stiffness)) then
-        call fail(error, status_bad_input, given_at(scene%words, 'bolts.ends')// &
-                  ': expected bolts.stiffness with bolts.ends, found none')
-        return
-      end if
-      call spread_out(s%bolt_numbers%stiffness, 'bolts.stiffness', stiffness)
-      if (.not. allocated(error)) call spread_out(s%bolt_numbers%strength, 'bolts.strength', strength)
-      if (.not. allocated(error)) call spread_out(s%bolt_numbers%pretension, 'bolts.pretension', pretension)
-      if (.not. allocated(error)) call spread_out(s%bolt_numbers%shear_stiffness, 'bolts.shear_stiffness', shear_stiffness)
-      if (.not. allocated(error)) call spread_out(s%bolt_numbers%shear_strength, 'bolts.shear_strength', shear_strength)
-      if (allocated(error)) return
-      allocate (bolts(n))
-      do i = 1, n
-        bolts(i)%ends = reshape(s%bolt_ends(4*i - 3:4*i), [2, 2])
-        bolts(i)%stiffness = stiffness(i)
-        bolts(i)%strength = strength(i)
-        bolts(i)%pretension = pretension(i)
-        bolts(i)%shear_stiffness = shear_stiffness(i)
-        bolts(i)%shear_strength = shear_strength(i)
-        bolts(i)%ground_holds = s%ground_holds_bolts
-        bolts(i)%source = given_at(scene%words, 'bolts.ends')
-        call check_bolt(bolts(i), i, error)
+      if (allocated(s%bolt_ends)) then
+        associate (n => size(s%bolt_ends)/4)
+          if (n == 0 .or. size(s%bolt_ends) /= 4*n) then
+            call fail(error, status_bad_input, given_at(scene%words, 'bolts.ends')//': expected four numbers x1 y1 x2 y2 for '// &
+                      'each bolt in bolts.ends, found '//number_text(size(s%bolt_ends)))
+            return
+          end if
+          call add_bolts(scene, 'bolts', 'ends', 'bolt', reshape(s%bolt_ends, [2, 2, n]), [(i, i=1, n)], s%bolt_numbers, error)
+        end associate
         if (allocated(error)) return
-      end do
+      end if
+      call bolts_of_rows(scene, ends, of, error)
+      if (allocated(error)) return
+      call add_bolts(scene, 'bolt_row', 'line', 'row', ends, of, s%row_numbers, error)
+      if (allocated(error)) return
+      call bolts_of_rings(scene, ends, of, error)
+      if (allocated(error)) return
+      call add_bolts(scene, 'bolt_ring', 'centre', 'ring', ends, of, s%ring_numbers, error)
     end associate
+  end subroutine take_bolts
+
+  !> Adds the bolts of a group with their numbers. Errors: those of `one_for_each`, no stiffness, numbers that make no bolt.
+  subroutine add_bolts(scene, group, place, thing, ends, of, numbers, error)
+    type(scene_t), intent(inout) :: scene
+    character(len=*), intent(in) :: group
+    character(len=*), intent(in) :: place               !! name of the group that has the places
+    character(len=*), intent(in) :: thing               !! that the group has numbers for: bolt, row, ring
+    real(dp), intent(in) :: ends(:, :, :)               !! (xy, end, n) length
+    integer, intent(in) :: of(:)                        !! (n) thing of each bolt
+    type(bolt_numbers_t), intent(in) :: numbers
+    type(error_t), allocatable, intent(out) :: error
+    type(bolt_record_t) :: bolts(size(of))
+    real(dp), allocatable, dimension(:) :: pretension, shear_stiffness, shear_strength, stiffness, strength
+    integer :: i
+
+    if (size(of) == 0) return
+    if (.not. allocated(numbers%stiffness)) then
+      call fail(error, status_bad_input, given_at(scene%words, group//'.'//place)//': expected '//group//'.stiffness with '// &
+                group//'.'//place//', found none')
+      return
+    end if
+    call spread_out(numbers%stiffness, 'stiffness', stiffness)
+    if (.not. allocated(error)) call spread_out(numbers%strength, 'strength', strength)
+    if (.not. allocated(error)) call spread_out(numbers%pretension, 'pretension', pretension)
+    if (.not. allocated(error)) call spread_out(numbers%shear_stiffness, 'shear_stiffness', shear_stiffness)
+    if (.not. allocated(error)) call spread_out(numbers%shear_strength, 'shear_strength', shear_strength)
+    if (allocated(error)) return
+    do i = 1, size(of)
+      bolts(i)%ends = ends(:, :, i)
+      bolts(i)%stiffness = stiffness(of(i))
+      bolts(i)%strength = strength(of(i))
+      bolts(i)%pretension = pretension(of(i))
+      bolts(i)%shear_stiffness = shear_stiffness(of(i))
+      bolts(i)%shear_strength = shear_strength(of(i))
+      bolts(i)%ground_holds = scene%settings%ground_holds_bolts
+      bolts(i)%source = given_at(scene%words, group//'.'//place)
+      call check_bolt(bolts(i), i, error)
+      if (allocated(error)) return
+    end do
     scene%bolts = [scene%bolts, bolts]
 
   contains
 
-    !> A number for each bolt, from a list of one for each, or of one for all; 0 without a list.
+    !> A number for each thing.
     subroutine spread_out(given, name, values)
       real(dp), allocatable, intent(in) :: given(:)
       character(len=*), intent(in) :: name
-      real(dp), allocatable, intent(out) :: values(:) !! (n)
+      real(dp), allocatable, intent(out) :: values(:)
 
-      allocate (values(n), source=0.0_dp)
-      if (.not. allocated(given)) return
-      if (size(given) == 1) then
-        values = given(1)
-      else if (size(given) == n) then
-        values = given
-      else
-        call fail(error, status_bad_input, given_at(scene%words, name)//': expected '//name//' with one number or '// &
-                  number_text(n)//', one for each bolt of bolts.ends, found '//number_text(size(given)))
-      end if
+      call one_for_each(scene, group//'.'//name, given, maxval(of), thing//' of '//group//'.'//place, values, error)
     end subroutine spread_out
 
-  end subroutine take_bolts
+  end subroutine add_bolts
 
   !> Error where numbers are no bolt.
   subroutine check_bolt(bolt, i, error)

@@ -10,7 +10,8 @@ module scree_groups_of_places
   private
   public :: groups_text, take_groups
 
-  character(len=*), parameter :: groups(*) = [character(len=8) :: 'blocks', 'bolts', 'support', 'boundary', 'water']
+  character(len=*), parameter :: groups(*) = [character(len=9) :: 'blocks', 'bolts', 'bolt_row', 'bolt_ring', &
+                                                                  'support', 'boundary', 'water']
 
 contains
 

@@ -3,20 +3,21 @@ module scree_read_scene
   use scree_analysis_deck, only: read_analysis_deck
   use scree_block_file, only: read_block_file
   use scree_block_input, only: blocks_t, make_blocks
+  use scree_deck_files, only: beside_analysis, expect_file
   use scree_deck_groups, only: read_groups
   use scree_deck_options, only: check_all_taken, deck_options_t
   use scree_deck_text, only: deck_t, in_quotes, read_deck, word_is_whole
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_excavations, only: take_excavations
   use scree_geometry_deck, only: read_geometry_deck
   use scree_gmsh_file, only: read_gmsh_file
   use scree_groups_of_places, only: take_groups
   use scree_kinds, only: dp
-  use scree_motion_record, only: is_peer_file, read_peer_files, read_record_file, take_record
-  use scree_scene, only: bolt_record_t, contact_none, scene_t, stage_t, time_table_t
+  use scree_motions, only: take_motions
+  use scree_scene, only: bolt_record_t, contact_none, scene_t, stage_t
   use scree_setting_rules, only: check_rules, drop_overridden
   use scree_setting_table, only: deck_part_t, from_of, given_at, index_of, is_given_by
   use scree_settings, only: fill_settings, set_word, store_settings
-  use scree_support_motions, only: take_support_motions
   use scree_stages, only: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, named_lines, &
                           parts_to_stages
   use scree_system, only: fixed_point, load_point
@@ -67,6 +68,8 @@ contains
     call read_geometry(scene, error, deck%options)
     if (allocated(error)) return
     parts(1)%words = scene%words
+    call take_excavations(scene, parts, error)
+    if (allocated(error)) return
     call parts_to_stages(parts)
     call check_names(parts, error)
     if (allocated(error)) return
@@ -216,11 +219,9 @@ contains
     if (allocated(error)) return
     call check_lines(scene, error)
     if (allocated(error)) return
-    call check_water(scene, error)
+    call check_tables(scene, error)
     if (allocated(error)) return
     call take_motions(scene, error)
-    if (allocated(error)) return
-    call take_support_motions(scene, error)
   end subroutine complete_stage
 
   !> Takes what the cut of the lines needs to know of all stages: their bolts, and the lines that they name. Also tells which bolts
@@ -231,7 +232,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(scene_t) :: own
     type(bolt_record_t), allocatable :: bolts(:)
-    logical, allocatable :: installed(:)
+    logical, allocatable :: before(:), installed(:)
     real(dp), allocatable :: more(:, :, :)
     integer :: k
 
@@ -244,7 +245,9 @@ contains
       call store_settings(own)
       more = named_lines(own%settings)
       scene%named_lines = reshape([scene%named_lines, more], [2, 2, size(scene%named_lines, 3) + size(more, 3)])
-      call add_bolts_of_stage(own, bolts, installed, error)
+      before = [logical ::]
+      if (k > 1) before = installed
+      call add_bolts_of_stage(own, before, bolts, installed, error)
       if (allocated(error)) return
       if (k == 1) scene%installed = installed
       if (k > 1) scene%later(k - 1)%installed = installed
@@ -292,30 +295,6 @@ contains
     allocate (scene%mesh)
     call read_gmsh_file(beside_analysis(scene, scene%settings%cover_mesh), scene%mesh, error)
   end subroutine read_mesh
-
-  !> Error at the place of a setting that names a file which is not there.
-  subroutine expect_file(scene, kind, name, path, error)
-    type(scene_t), intent(in) :: scene
-    character(len=*), intent(in) :: kind   !! of file
-    character(len=*), intent(in) :: name   !! of the setting
-    character(len=*), intent(in) :: path   !! as the setting gives it
-    type(error_t), allocatable, intent(out) :: error
-    logical :: there
-
-    inquire (file=beside_analysis(scene, path), exist=there)
-    if (.not. there) call fail(error, status_bad_input, given_at(scene%words, name)//': expected a file for '//name// &
-                               ', found that the '//kind//' file '//beside_analysis(scene, path)//' does not exist')
-  end subroutine expect_file
-
-  !> A path as the analysis deck means it: from its folder.
-  function beside_analysis(scene, path)
-    type(scene_t), intent(in) :: scene
-    character(len=*), intent(in) :: path
-    character(len=:), allocatable :: beside_analysis
-
-    beside_analysis = path
-    if (path(1:1) /= '/') beside_analysis = scene%analysis_name(:index(scene%analysis_name, '/', back=.true.))//path
-  end function beside_analysis
 
   !> The name itself where such a file is there or it has an ending, else with the ending.
   function with_ending(name, ending)
@@ -567,94 +546,33 @@ contains
 
   end subroutine check_lines
 
-  !> Error where the water table is none.
-  subroutine check_water(scene, error)
+  !> Error where the water table, or the ground surface of &in_situ, is none.
+  subroutine check_tables(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
 
-    if (.not. allocated(scene%settings%water_table)) return
-    associate (table => scene%settings%water_table, n => size(scene%settings%water_table))
-      if (modulo(n, 2) /= 0) then
-        call fail(error, status_bad_input, given_at(scene%words, 'water.table')// &
-                  ': expected two numbers x y for each point of water.table, found '//number_text(n))
-      else if (.not. all(table(3::2) > table(1:n - 2:2))) then
-        call fail(error, status_bad_input, given_at(scene%words, 'water.table')// &
-                  ': expected points of water.table with x ascending, found others')
-      end if
-    end associate
-  end subroutine check_water
-
-  !> Acceleration of the ground from &acceleration, and the wave of &absorbing.
-  subroutine take_motions(scene, error)
-    type(scene_t), intent(inout) :: scene
-    type(error_t), allocatable, intent(out) :: error
-
-    associate (s => scene%settings)
-      if (allocated(s%ground_vertical) .and. allocated(s%ground_file)) call check_vertical(s%ground_file)
-      if (allocated(error)) return
-      call take('acceleration', 't ax ay', s%ground_table, s%ground_file, s%ground_scale, scene%ground)
-      if (.not. allocated(error)) call take('absorbing', 't vx vy', s%wave_table, s%wave_file, s%wave_scale, scene%wave)
-    end associate
+    call check('water.table', scene%settings%water_table)
+    if (.not. allocated(error)) call check('in_situ.surface', scene%settings%in_situ_surface)
 
   contains
 
-    !> Error where a vertical component stands beside a file that has two of them.
-    subroutine check_vertical(file)
-      character(len=*), intent(in) :: file
-
-      if (.not. is_peer_file(file)) &
-        call fail(error, status_bad_input, from_of(scene%words, 'acceleration.vertical')// &
-                  ': expected acceleration.vertical beside a PEER record (.at2) in acceleration.file, found one beside '//file)
-    end subroutine check_vertical
-
-    !> Reads one record, from its table or its file. It is zero outside of its times.
-    !>
-    !> In a static stage the last acceleration of the ground stays, because it is the load of the equilibrium.
-    subroutine take(group, numbers, table, file, scale, record)
-      character(len=*), intent(in) :: group, numbers
+    !> Error where numbers are no points one right of the other.
+    subroutine check(name, table)
+      character(len=*), intent(in) :: name
       real(dp), allocatable, intent(in) :: table(:)
-      character(len=:), allocatable, intent(in) :: file
-      real(dp), intent(in) :: scale
-      type(time_table_t), intent(inout) :: record
+      integer :: n
 
-      if (allocated(table)) then
-        call take_record(table, group//'.table', numbers, from_of(scene%words, group//'.table'), record, error)
-      else if (.not. allocated(file)) then
-        return
-      else
-        call expect_file(scene, 'record', group//'.file', file, error)
-        if (allocated(error)) return
-        if (is_peer_file(file) .and. group == 'acceleration') then
-          call take_peer_record(scene, error)
-        else
-          call read_record_file(beside_analysis(scene, file), numbers, record, error)
-        end if
+      if (.not. allocated(table)) return
+      n = size(table)
+      if (modulo(n, 2) /= 0) then
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected two numbers x y for each point of '//name// &
+                  ', found '//number_text(n))
+      else if (.not. all(table(3::2) > table(1:n - 2:2))) then
+        call fail(error, status_bad_input, given_at(scene%words, name)//': expected points of '//name// &
+                  ' with x ascending, found others')
       end if
-      if (allocated(error)) return
-      record%value = scale*record%value
-      record%kept = group == 'acceleration' .and. scene%is_static()
-    end subroutine take
+    end subroutine check
 
-  end subroutine take_motions
-
-  !> The record of PEER of &acceleration. Errors: as of `read_peer_files`; no scale, which is g in units of the deck.
-  subroutine take_peer_record(scene, error)
-    type(scene_t), intent(inout) :: scene
-    type(error_t), allocatable, intent(out) :: error
-    character(len=:), allocatable :: vertical
-
-    vertical = ''
-    if (allocated(scene%settings%ground_vertical)) then
-      vertical = beside_analysis(scene, scene%settings%ground_vertical)
-      call expect_file(scene, 'record', 'acceleration.vertical', scene%settings%ground_vertical, error)
-      if (allocated(error)) return
-    end if
-    if (from_of(scene%words, 'acceleration.scale') == 'default') then
-      call fail(error, status_bad_input, from_of(scene%words, 'acceleration.file')// &
-                ': expected acceleration.scale, which is g in units of the deck, with a PEER record, found none')
-      return
-    end if
-    call read_peer_files(beside_analysis(scene, scene%settings%ground_file), vertical, scene%ground, error)
-  end subroutine take_peer_record
+  end subroutine check_tables
 
 end module scree_read_scene

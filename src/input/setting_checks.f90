@@ -182,12 +182,28 @@ contains
       call check_list(scene, 'materials.young', s%young, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'materials.poisson', s%poisson, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'materials.unit_weight', s%unit_weight, n, 'block', error)
+      if (.not. allocated(error) .and. allocated(s%k0)) call check_in_situ(scene, error)
       if (allocated(error) .or. n == 0 .or. .not. s%chooses_step) return
       if (.not. scene%block_material(1)%density > 0) &
         call fail(error, status_bad_input, given_at(scene%words, 'step.control')//': expected a density of block material 1 '// &
                   'above 0 with step.control=''shi'', which chooses by its mass, found 0')
     end associate
   end subroutine check_materials
+
+  !> Error where K0 is not one number or one for each block material, or a material has an initial stress of its own.
+  subroutine check_in_situ(scene, error)
+    type(scene_t), intent(in) :: scene
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    associate (s => scene%settings, material => scene%block_material)
+      if (size(s%k0) > 1) call check_list(scene, 'in_situ.k0', s%k0, size(material), 'block', error)
+      if (allocated(error)) return
+      i = findloc([(any(abs([material(i)%stress, material(i)%stress_gradient]) > 0), i=1, size(material))], .true., 1)
+      if (i > 0) call fail(error, status_bad_input, given_at(scene%words, 'in_situ.k0')//': expected no initial stress of '// &
+                           'block materials with in_situ.k0, found one of block material '//number_text(i))
+    end associate
+  end subroutine check_in_situ
 
   !> Error where a list is not one number for each material.
   subroutine check_list(scene, name, values, n, kind, error)

@@ -97,6 +97,25 @@ module scree_setting_rules
                    'small strain is linear, so its first solution is exact'), &
     setting_rule_t('boundary.pressure, boundary.traction', '', 'boundary.lines', is_given, .true., 'there is nothing to load'), &
     setting_rule_t('boundary.ramp', '', 'boundary.lines or water.table', is_given, .true., 'there is no load that grows'), &
+    setting_rule_t('bolt_row.number', '', 'bolt_row.spacing', is_not_given, .false., 'each of the two gives the other'), &
+    setting_rule_t('bolt_row.spacing, bolt_row.number, bolt_row.length, bolt_row.direction, bolt_row.stiffness', '', &
+                   'bolt_row.line', is_given, .true., 'there is no row'), &
+    setting_rule_t('bolt_row.pretension, bolt_row.strength, bolt_row.shear_stiffness, bolt_row.shear_strength', '', &
+                   'bolt_row.line', is_given, .true., 'there is no row'), &
+    setting_rule_t('bolt_row.line', '', 'bolt_row.spacing or bolt_row.number', is_given, .false., &
+                   'the number of bolts follows from one of both'), &
+    setting_rule_t('bolt_ring.number', '', 'bolt_ring.spacing', is_not_given, .false., 'each of the two gives the other'), &
+    setting_rule_t('bolt_ring.radius, bolt_ring.from, bolt_ring.to, bolt_ring.spacing, bolt_ring.number, bolt_ring.length', '', &
+                   'bolt_ring.centre', is_given, .true., 'there is no ring'), &
+    setting_rule_t('bolt_ring.stiffness, bolt_ring.pretension, bolt_ring.strength, bolt_ring.shear_stiffness, '// &
+                   'bolt_ring.shear_strength', '', 'bolt_ring.centre', is_given, .true., 'there is no ring'), &
+    setting_rule_t('bolt_ring.centre', '', 'bolt_ring.spacing or bolt_ring.number', is_given, .false., &
+                   'the number of bolts follows from one of both'), &
+    setting_rule_t('in_situ.surface, in_situ.gradient, in_situ.pressure', '', 'in_situ.k0', is_given, .true., &
+                   'the horizontal stress would be unknown'), &
+    setting_rule_t('in_situ.k0', '', 'in_situ.surface', is_given, .false., 'stress grows with the depth below it'), &
+    setting_rule_t('excavation.stage, excavation.joint', '', 'excavation.outline', is_given, .true., 'there is no polygon'), &
+    setting_rule_t('excavation.outline', '', 'excavation.stage', is_given, .false., 'some stage has to remove the rock'), &
     setting_rule_t('support.table', '', 'support.velocity', is_not_given, .false., 'a line has one motion'), &
     setting_rule_t('support.velocity', '', 'step.balance', is_not_given, .false., &
                    'a support that moves on is never in equilibrium'), &

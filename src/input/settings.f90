@@ -8,9 +8,9 @@ module scree_settings
   use scree_deck_text, only: in_quotes
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
-  use scree_place_settings, only: visit_blocks, visit_bolts, visit_boundary, visit_support
+  use scree_place_settings, only: visit_places
   use scree_scene, only: &
-    contact_augmented, contact_penalty, dialect_auto, fixed_exact, fixed_penalty, iterate_hybrid, iterate_newton, &
+    contact_augmented, contact_penalty, dialect_auto, iterate_hybrid, iterate_newton, &
     mass_constant, mass_follows_area, model_dda, plane_stress, problems_none, reset_none, rotation_linear, scene_t, &
     scheme_bathe, scheme_central_difference, &
     scheme_energy_decaying, scheme_energy_momentum, scheme_generalized_alpha, scheme_newmark, settings_t, &
@@ -45,11 +45,7 @@ contains
     call visit_contact_states(row, scene%settings)
     call visit_materials(row, scene%settings)
     call visit_joints(row, scene%settings)
-    call visit_points(row, scene)
-    call visit_blocks(row, scene%settings)
-    call visit_bolts(row, scene%settings)
-    call visit_support(row, scene%settings)
-    call visit_boundary(row, scene%settings)
+    call visit_places(row, largest_modulus(scene), scene%contact_stiffness > 0, scene%settings)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
   end subroutine visit_settings
@@ -92,6 +88,9 @@ contains
                              'length'), s%removed_inside)
     call row%choice(setting_t('stage', 'reset', 'velocities to set to 0, displacements and rotations to count from here', &
                               choices='|none|velocities|displacements|both|'), s%reset, reset_none, when=later)
+    call row%choice(setting_t('stage', 'loose', &
+                              'static stages with step.balance: whether a block that moves on and on ends the run', &
+                              choices='|stop|go on|'), s%goes_on_without_loose, .false., when=later)
   end subroutine visit_stage
 
   !> Settings of the model.
@@ -401,27 +400,6 @@ contains
                              'slip after which a joint dilates no more', 'length', 0.0_dp), &
                    s%dilation_slip)
   end subroutine visit_joints
-
-  !> Fixed points and load points.
-  subroutine visit_points(row, scene)
-    type(setting_rows_t), intent(inout) :: row
-    type(scene_t), intent(inout) :: scene
-    logical :: with_contact
-
-    with_contact = scene%contact_stiffness > 0 .or. row%given('contact.stiffness')
-    associate (s => scene%settings)
-      call row%choice(setting_t('fixed_points', 'method', 'fixed points and supports: exact, or springs', &
-                                choices='|exact|penalty|', default='exact; penalty with preset shi'), &
-                      s%fixed, merge(fixed_penalty, fixed_exact, s%shi))
-      call row%real(setting_t('fixed_points', 'stiffness', &
-                              'stiffness of the springs of fixed points, per unit thickness', 'force/length', 0.0_dp, &
-                              open=.true., default='100 contact.stiffness where the deck has it, else 5000 times the largest E'), &
-                    s%fixed_stiffness, merge(100*s%contact_stiffness, 5000*largest_modulus(scene), with_contact))
-      call row%reals(setting_t('loads', 'force', &
-                               'fx fy of each load point, constant, per unit thickness; tables need Shi''s order of the numbers', &
-                               'force'), s%load_force)
-    end associate
-  end subroutine visit_points
 
   !> Settings of the ground and of mass damping.
   subroutine visit_ground(row, s)

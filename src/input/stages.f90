@@ -15,7 +15,7 @@ module scree_stages
   implicit none
   private
   public :: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, lines_of_stages, named_lines, &
-            parts_to_stages
+            part_polygons, parts_to_stages
 
 contains
 
@@ -133,11 +133,12 @@ contains
   end subroutine begin_stage
 
   !> Adds the bolts of a stage to those of the run, and lists which of these it has. One that an earlier stage has too, with the
-  !> same ends and numbers, is the same bolt.
+  !> same ends and numbers, is the same bolt. With `bolts.earlier='kept'` those of the stage before stay.
   !>
   !> Errors: as of `take_bolts`.
-  subroutine add_bolts_of_stage(scene, bolts, installed, error)
+  subroutine add_bolts_of_stage(scene, before, bolts, installed, error)
     type(scene_t), intent(in) :: scene           !! of the stage, with the bolts of the geometry
+    logical, intent(in) :: before(:)             !! which bolts the stage before has, of those so far
     type(bolt_record_t), allocatable, intent(inout) :: bolts(:)
     logical, allocatable, intent(out) :: installed(:) !! of those so far
     type(error_t), allocatable, intent(out) :: error
@@ -160,6 +161,7 @@ contains
       end if
       installed(k) = .true.
     end do
+    if (own%settings%keeps_bolts) installed(:size(before)) = installed(:size(before)) .or. before
   end subroutine add_bolts_of_stage
 
   !> Whether two records describe one bolt.

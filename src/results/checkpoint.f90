@@ -324,6 +324,7 @@ contains
     call archive%part('settling%steady', own%steady)
     call archive%part('settling%grows', own%grows)
     call archive%part('settling%moving', own%moving)
+    call archive%array('settling%loose', own%loose)
     call archive%array('settling%share', own%share)
     call archive%array('settling%way', own%way)
     call archive%array('settling%share_before', own%share_before)

@@ -6,7 +6,7 @@ module scree_edges_on_lines
   use scree_system, only: system_t
   implicit none
   private
-  public :: add_point, gap_t, largest_gap, piece_t, pieces_beside, pieces_on_line, pieces_under_water
+  public :: add_point, depth_at, gap_t, largest_gap, piece_t, pieces_beside, pieces_on_line, pieces_under_water
 
   !> An edge that lies on a line leans from it by less than this (sine).
   real(dp), parameter :: least_turn = 1e-2_dp

@@ -5,6 +5,7 @@ module scree_make_effects
   use scree_contact_rules, only: looks_at_all
   use scree_contacts, only: contact_law_t, shi_law_t
   use scree_cover_input, only: cover_quality_t
+  use scree_in_situ, only: in_situ_text
   use scree_interpolation, only: kinematics_of, kinematics_t
   use scree_joint_rules, only: laws_in_use
   use scree_kinds, only: dp
@@ -171,6 +172,7 @@ contains
       associate (material => scene%block_material)
         i = first_used([(any(abs([material(i)%stress, material(i)%stress_gradient]) > 0), i=1, size(material))])
         if (i > 0) call name('initial stress', 'stress of block material '//number_text(i))
+        if (allocated(scene%settings%k0)) call name('initial stress', in_situ_text(state%stress))
         i = first_used([(any(abs(material(i)%velocity) > 0), i=1, size(material))])
         if (i > 0 .and. .not. scene%is_static()) call name('initial velocity', 'velocity of block material '//number_text(i))
       end associate
@@ -218,12 +220,9 @@ contains
         if (size(rollers) > 0) call name('rollers', 'edges and points of &support, held at '//number_text(size(rollers))// &
                                          ' places, '//merge('held by springs', 'held exactly   ', held%by_springs))
         call by_element(system, [of_kind, rollers], table, held%first, held%point, held%table)
-        if (size(rollers) > 0) held%direction = reshape([(roller(held%point(i))%direction, i=1, size(held%point))], &
-                                                        [2, size(held%point)])
+        if (size(rollers) > 0) held%direction = directions_of(roller(held%point))
         held%home = state%point(:, held%point)
-        do i = 1, size(held%table)
-          held%moves = held%moves .or. allocated(held%table(i)%time)
-        end do
+        held%moves = any([(allocated(held%table(i)%time), i=1, size(held%table))])
         if (held%moves) call name('moving supports', 'displacements of fixed points in the analysis deck, or moved in &support')
       end associate
     end subroutine hold_points
@@ -357,6 +356,15 @@ contains
     end function has_force
 
   end subroutine make_effects
+
+  !> Directions in which points are held alone, (2, n); 0: not so.
+  pure function directions_of(roller) result(direction)
+    type(roller_t), intent(in) :: roller(:)
+    real(dp) :: direction(2, size(roller))
+    integer :: i
+
+    direction = reshape([(roller(i)%direction, i=1, size(roller))], shape(direction))
+  end function directions_of
 
   !> Bolts with the elements that carry their ends.
   pure type(bolt_t) function bolts_of(blocks, system, break) result(bolts)

@@ -6,8 +6,9 @@ module scree_rollers
   use scree_kinds, only: dp
   use scree_loaded_edges, only: find_pieces
   use scree_scene, only: scene_t, time_table_t
-  use scree_setting_table, only: given_at
+  use scree_setting_table, only: given_at, index_of
   use scree_state, only: state_t
+  use scree_support_motions, only: directions_of
   use scree_system, only: roller_end, system_t
   use scree_text, only: number_text, place_text
   implicit none
@@ -34,6 +35,7 @@ contains
     type(state_t), intent(inout) :: state
     type(roller_t), allocatable, intent(out) :: roller(:) !! (n_points)
     type(error_t), allocatable, intent(out) :: error
+    real(dp), allocatable :: way(:, :)
     integer :: i, k
 
     allocate (roller(size(system%points%kind)))
@@ -45,9 +47,10 @@ contains
       call hold_lines('support.both', s%support_both, y_axis)
       if (allocated(scene%motions)) then
         do i = 1, size(scene%motions)
-          do k = 1, size(scene%motions(i)%direction, 2)
+          way = directions_of(scene%motions(i))
+          do k = 1, size(way, 2)
             if (.not. allocated(error)) call hold_line('support.moved', i, reshape(s%support_moved(4*i - 3:4*i), [2, 2]), &
-                                                       roller_t(scene%motions(i)%direction(:, k), scene%motions(i)%table))
+                                                       roller_t(way(:, k), left_of(scene%motions(i))))
           end do
         end do
       end if
@@ -57,6 +60,13 @@ contains
     end associate
 
   contains
+
+    !> What is left of a motion: a table that stands on from the stage before has come to its end.
+    pure type(time_table_t) function left_of(motion) result(left)
+      type(time_table_t), intent(in) :: motion
+
+      if (.not. scene%words(index_of(scene%words, 'support.table'))%stands_on) left = motion
+    end function left_of
 
     !> Holds what lies on some lines in a direction; where that is 0, across them.
     subroutine hold_lines(name, lines, along)

@@ -1,9 +1,10 @@
 !> From a scene and its blocks to the model and its state at time 0.
 module scree_set_up
   use scree_absorbing_edge, only: absorbing_edge_t
+  use scree_begin_elements, only: begin_elements, middle_of
   use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
-  use scree_block_input, only: block_area, block_moments, block_size, block_source, blocks_t
+  use scree_block_input, only: block_area, block_size, block_source, blocks_t
   use scree_bolt, only: begin_bolts
   use scree_contact_rules, only: rests_inside
   use scree_contacts, only: outlines_t, overlap_t
@@ -11,7 +12,6 @@ module scree_set_up
   use scree_edge_load, only: edge_load_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_fixed_bodies, only: leave_out_fixed
-  use scree_interpolation, only: kinematics_of, kinematics_t, rigid_velocity
   use scree_kinds, only: dp, pi
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
@@ -20,10 +20,8 @@ module scree_set_up
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
   use scree_rollers, only: hold_edges, roller_t
-  use scree_scene, only: effect_t, model_dda, scene_t, strain_green, strain_rotation
-  use scree_second_order, only: cut_into_cells
+  use scree_scene, only: effect_t, model_dda, scene_t
   use scree_setting_table, only: from_of, given_at
-  use scree_simplex_integration, only: moments_t
   use scree_sorting, only: columns
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
@@ -206,14 +204,6 @@ contains
     if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
   end subroutine find_overlaps_under_mesh
 
-  !> Middle of the box around the blocks.
-  pure function middle_of(blocks) result(middle)
-    type(blocks_t), intent(in) :: blocks
-    real(dp) :: middle(2)                   !! length
-
-    middle = 0.5_dp*(minval(blocks%vertex, 2) + maxval(blocks%vertex, 2))
-  end function middle_of
-
   !> Bodies and where they are, in coordinates about the middle of the scene.
   subroutine make_system(scene, blocks, system, state, quality, error)
     type(scene_t), intent(in) :: scene
@@ -261,55 +251,6 @@ contains
       return
     end if
   end subroutine make_system
-
-  !> Cuts elements of second order up into cells, and gives all elements what they begin with: mass, stress, velocity.
-  subroutine begin_elements(scene, blocks, system, state)
-    type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
-    type(system_t), intent(inout) :: system
-    type(state_t), intent(inout) :: state
-    type(kinematics_t) :: element
-    type(moments_t) :: moments
-    real(dp) :: centroid(2, size(blocks%material)), middle(2)
-    integer :: b, e, k
-
-    middle = middle_of(blocks)
-    do b = 1, size(blocks%material)
-      moments = block_moments(blocks, b)
-      centroid(:, b) = moments%centroid - middle
-    end do
-    if (scene%settings%second_order) then
-      allocate (system%sampling)
-      call cut_into_cells(state%cover, state%point, system%elements, state%vertex, system%points%element, system%sampling)
-      system%n_elements = size(system%elements%block)
-    end if
-    system%n_unknowns = maxval(system%elements%unknown)
-    allocate (system%elements%mass(system%n_elements))
-    allocate (state%stress(3, system%n_elements), state%deformation(4, system%n_elements))
-    allocate (state%velocity(system%n_unknowns), state%acceleration(system%n_unknowns), source=0.0_dp)
-    allocate (state%green(system%n_elements), &
-              source=any(scene%settings%strain == [strain_green, strain_rotation]))
-    allocate (state%rotation(system%n_blocks), source=0.0_dp)
-    allocate (state%pair(2, 0))
-    do e = 1, system%n_elements
-      element = kinematics_of(system, state, e)
-      associate (material => scene%block_material(system%elements%material(e)))
-        system%elements%mass(e) = material%density*element%area
-        state%stress(:, e) = material%stress + (element%centroid(2) + system%origin(2))*material%stress_gradient
-        state%deformation(:, e) = [1.0_dp, 0.0_dp, 0.0_dp, 1.0_dp]
-        if (scene%is_static()) cycle ! a static run begins at rest
-        state%velocity(system%elements%unknown(:, e)) = rigid_velocity(system, state, e, &
-          centroid(:, system%elements%block(e)), material%velocity)
-        if (.not. allocated(system%sampling)) cycle
-        do k = 1, size(system%elements%cover, 1)
-          associate (c => system%elements%cover(k, e), arm => state%cover(:, system%elements%cover(k, e)) &
-                                                               - centroid(:, system%elements%block(e)))
-            state%velocity(2*c - 1:2*c) = material%velocity(1:2) + material%velocity(3)*[-arm(2), arm(1)]
-          end associate
-        end do
-      end associate
-    end do
-  end subroutine begin_elements
 
   !> Lays a mathematical mesh over the blocks, whose vertices the state holds; then it holds those of the elements.
   subroutine lay_mesh(scene, blocks, middle, system, state, quality, error)

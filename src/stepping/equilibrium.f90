@@ -24,6 +24,8 @@
 !> first of these steps on, except where a step takes a hundredth of them, because bending makes them vary a little with the step
 !> size. While other bodies still settle, they may come to support it.
 !>
+!> A stage may go on without bodies that move (`stage.loose`): then they are left out of the balance until they have come to rest.
+!>
 !> The formulas are in doc/theory/equilibrium.md, eq-unbalanced and eq-way-left.
 module scree_equilibrium
   use scree_constraints, only: constraints_t
@@ -105,25 +107,36 @@ contains
     call forces_of_bodies(model, cache, state, left, acts)
     force = sum(left(model%free_block))
     left = left/max(acts, tiny(acts))
+    if (allocated(state%settling)) call take_in(model, cache, try, left, force, state)
     do k = 1, size(model%free_block)
       associate (b => model%free_block(k))
         if (balance%block > 0 .and. .not. left(b) > balance%share) cycle
+        if (is_loose(state, b)) cycle
         balance%share = left(b)
         balance%block = b
       end associate
     end do
     if (allocated(state%settling)) then
-      call take_in(model, cache, try, left, force, state)
       balance%moves = state%settling%moving > 0
       if (balance%moves) balance%block = state%settling%moving
     end if
     if (balance%block == 0) return
     balance%share = left(balance%block)
     balance%force = balance%share*acts(balance%block)
-    balance%others = max(0, count(left(model%free_block) > tolerance_of(model%settings)) - 1)
+    balance%others = max(0, count([(left(model%free_block(k)) > tolerance_of(model%settings) .and. &
+                                    .not. is_loose(state, model%free_block(k)), k=1, size(model%free_block))]) - 1)
     call place_body(model, cache, try%d, balance)
     balance%speed = norm2(balance%way)/state%pace%last
   end subroutine find_balance
+
+  !> Whether a block moves on and on, and the stage goes on without it.
+  pure logical function is_loose(state, b)
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: b
+
+    is_loose = .false.
+    if (allocated(state%settling)) is_loose = state%settling%loose(b)
+  end function is_loose
 
   !> Begins a run that is to end in equilibrium.
   pure subroutine begin_settling(model, state)
@@ -131,6 +144,7 @@ contains
     type(state_t), intent(inout) :: state
 
     allocate (state%settling)
+    allocate (state%settling%loose(model%n_blocks), source=.false.)
     allocate (state%settling%share(model%n_blocks), source=huge(1.0_dp))
     allocate (state%settling%way(model%n_blocks), source=0.0_dp)
     allocate (state%settling%share_before(model%n_blocks), state%settling%force_before(model%n_blocks), source=huge(1.0_dp))
@@ -159,7 +173,8 @@ contains
       do k = 1, size(model%free_block)
         b = model%free_block(k)
         left = way_left(way(b), own%share(b), share(b))
-        if (held(b) .or. .not. share(b) > tolerance_of(model%settings)) left = 0.0_dp
+        if (.not. share(b) > tolerance_of(model%settings)) own%loose(b) = .false.
+        if (held(b) .or. own%loose(b) .or. .not. share(b) > tolerance_of(model%settings)) left = 0.0_dp
         if (left > reach) &
           own%grows = min(own%grows, max(least_growth, sqrt(reach/max(way(b), tiny(left)))))
         since = own%way(b) + min(way(b), reach)
@@ -172,10 +187,12 @@ contains
           own%share_before(b) = share(b)
           own%force_before(b) = force
         end if
-        if (own%moving == 0 .and. own%way(b) > gone) own%moving = b
+        if (.not. own%way(b) > gone) cycle
+        own%loose(b) = model%settings%goes_on_without_loose
+        if (own%moving == 0 .and. .not. own%loose(b)) own%moving = b
       end do
       own%share = share
-      own%unbalanced = maxval([0.0_dp, share(model%free_block)])
+      own%unbalanced = maxval([0.0_dp, pack(share(model%free_block), .not. own%loose(model%free_block))])
     end associate
   end subroutine take_in
 

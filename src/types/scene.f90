@@ -3,15 +3,15 @@
 !> A scene never changes once it is read. The choices that Shi's numbers have no place for are named constants here, in the
 !> order of their words in `settings.f90`, which gives each setting its name in the deck, default, unit and range.
 module scree_scene
+  use scree_bolt_numbers, only: bolt_numbers_t
   use scree_contacts, only: rules_coulomb
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
   use scree_text, only: text_t
   implicit none
   private
-  public :: block_material_t, bolt_numbers_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, kind_of, line_t, &
-            motion_t, order_text, point_t, polygons_t, run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, &
-            word_t
+  public :: block_material_t, bolt_record_t, boundary_load_t, effect_t, joint_material_t, kind_of, line_t, order_text, point_t, &
+            polygons_t, run_options_t, scene_of_stage, scene_t, settings_t, stage_t, time_table_t, word_t
 
   !> Order of the numbers of an analysis deck: told by their count, or said.
   integer, parameter, public :: dialect_auto = 1, dialect_short = 2, dialect_shi = 3
@@ -77,15 +77,6 @@ module scree_scene
     character(len=:), allocatable :: source !! where it stands: file and line
   end type bolt_record_t
 
-  !> Numbers of the bolts of a group: one for each, or one for all.
-  type :: bolt_numbers_t
-    real(dp), allocatable :: stiffness(:)       !! force/length per unit thickness
-    real(dp), allocatable :: strength(:)        !! 0: without limit, force per unit thickness
-    real(dp), allocatable :: pretension(:)      !! force per unit thickness
-    real(dp), allocatable :: shear_stiffness(:) !! 0: not grouted, force/length per unit thickness
-    real(dp), allocatable :: shear_strength(:)  !! 0: without limit, force per unit thickness
-  end type bolt_numbers_t
-
   !> Load on the edges of blocks that lie on a line: its values at the ends, linear between.
   type :: boundary_load_t
     real(dp) :: ends(2, 2) = 0.0_dp         !! (xy, end), length
@@ -130,12 +121,6 @@ module scree_scene
     logical :: kept = .true.                !! the first value before its time, the last after; else zero
   end type time_table_t
 
-  !> Motion of a support: its displacement from where the stage begins, and the directions in which it holds.
-  type :: motion_t
-    type(time_table_t) :: table             !! without times: it has come to rest, length
-    real(dp), allocatable :: direction(:, :) !! (2, 1 or 2) unit vectors
-  end type motion_t
-
   !> Every choice and number of the named groups, after defaults. A component begins as a deck without its name leaves it, unless
   !> its default depends on others.
   type :: settings_t
@@ -155,6 +140,7 @@ module scree_scene
     real(dp), allocatable :: removed_materials(:) !! and of block materials, with all blocks of them
     real(dp), allocatable :: removed_inside(:) !! corners x y of polygons whose blocks too
     integer :: reset = reset_none           !! what the stage begins anew
+    logical :: goes_on_without_loose = .false. !! a block that moves on and on does not end a static stage
     real(dp) :: cover_edge = 0.0_dp         !! of the triangles of the regular mathematical mesh, 0: none, length
     real(dp) :: cover_origin(2) = 0.0_dp    !! a node of it, length
     real(dp) :: cover_angle = 0.0_dp        !! of a family of its edges against x, degrees
@@ -217,10 +203,32 @@ module scree_scene
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
     real(dp), allocatable :: load_force(:)  !! fx fy of each load point, force per unit thickness
+    real(dp), allocatable :: in_situ_surface(:) !! x y of points of the ground surface, length
+    real(dp), allocatable :: k0(:)          !! horizontal over vertical stress, of each block material, or of all
+    real(dp) :: in_situ_gradient = 0.0_dp   !! of the vertical stress with depth; 0: the weight of the blocks, force/length^3
+    real(dp) :: in_situ_pressure = 0.0_dp   !! on the surface, force/length^2
+    real(dp), allocatable :: excavated(:)   !! corners x y of polygons that are cut, and removed in stages, length
+    character(len=:), allocatable :: excavating_stages !! of each of these, by name
+    real(dp), allocatable :: excavated_joint(:) !! joint material of each, or of all
     real(dp) :: gravity_ramp = 0.0_dp       !! in which the weight grows, time
     real(dp) :: least_block_area = 0.0_dp   !! a smaller one joins its neighbour, length^2
     real(dp), allocatable :: bolt_ends(:)   !! x1 y1 x2 y2 of each bolt, length
     type(bolt_numbers_t) :: bolt_numbers    !! of these
+    logical :: keeps_bolts = .false.        !! those of the stage before stay beside these
+    real(dp), allocatable :: row_lines(:)   !! x1 y1 x2 y2 of each row of bolts, length
+    real(dp), allocatable :: row_spacing(:) !! of the heads of each, or of all, length
+    real(dp), allocatable :: row_number(:)  !! likewise, in place of the spacing
+    real(dp), allocatable :: row_length(:)  !! likewise, length
+    real(dp), allocatable :: row_direction(:) !! likewise, against x; not there: to the left of the line, degrees
+    type(bolt_numbers_t) :: row_numbers
+    real(dp), allocatable :: ring_centres(:) !! x y of each ring of bolts, length
+    real(dp), allocatable :: ring_radius(:) !! of the heads of each, or of all, length
+    real(dp), allocatable :: ring_from(:)   !! likewise, angle of the first bolt, degrees
+    real(dp), allocatable :: ring_to(:)     !! likewise, of the last; not there: a full circle, degrees
+    real(dp), allocatable :: ring_spacing(:) !! likewise, along the circle, length
+    real(dp), allocatable :: ring_number(:) !! likewise, in place of the spacing
+    real(dp), allocatable :: ring_length(:) !! likewise, length
+    type(bolt_numbers_t) :: ring_numbers
     logical :: bolts_break = .false.        !! at their strength, else they yield
     logical :: ground_holds_bolts = .false. !! at ends that lie in no block; else such ends are refused
     real(dp), allocatable :: support_normal(:) !! x1 y1 x2 y2 of each line, length
@@ -297,7 +305,7 @@ module scree_scene
     type(block_material_t), allocatable :: block_material(:)
     type(joint_material_t), allocatable :: joint_material(:)
     type(boundary_load_t), allocatable :: boundary_loads(:)
-    type(motion_t), allocatable :: motions(:) !! of the lines of supports that move
+    type(time_table_t), allocatable :: motions(:) !! displacement of each line of supports that moves
     type(time_table_t), allocatable :: load_table(:)  !! a load point each; without times: no load
     type(time_table_t) :: ground            !! its acceleration, scaled; without times: none, length/time^2
     type(time_table_t) :: wave              !! velocity of the wave that comes in, likewise, length/time

@@ -62,6 +62,7 @@ module scree_state
     logical :: steady = .false.                !! loads and supports stay as they are from here on
     real(dp) :: grows = 1.0_dp                 !! size that the next step may have over that of the last
     integer :: moving = 0                      !! block that moves on and on; 0: none
+    logical, allocatable :: loose(:)           !! (n_blocks) moves on and on, and the stage goes on without it
     real(dp), allocatable :: share(:)          !! (n_blocks)
     real(dp), allocatable :: way(:)            !! (n_blocks) gone in steps in a row that brought it no nearer, over its size
     real(dp), allocatable :: share_before(:)   !! (n_blocks) before the first of these

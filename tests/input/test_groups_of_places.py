@@ -50,7 +50,7 @@ def test_a_restart_knows_them(tmp_path):
 
 
 @pytest.mark.parametrize("groups, line, expected", [
-    ("&method model='nmm' /\n", 8, "one of the groups &blocks, &bolts, &support, &boundary, &water"),
+    ("&method model='nmm' /\n", 8, "one of the groups &blocks, &bolts, &bolt_row, &bolt_ring, &support, &boundary, &water"),
     ("&water table=0 0 1, unit_weight=1 /\n", 8, "two numbers x y"), ("! one\n&water table=deep /\n", 9, "a number"), ("&water table=0 0\n", 9, "'/'"),
     ("&water depth=3 /\n", 8, "table, unit_weight"), ("&water table=0 0 1 0 /\n", 8, "water.unit_weight"), ("7 8\n", 8, "the end of the numbers"),
     ("&support x=0 0 0 1 /\n&support y=0 0 1 0 /\n", 9, "once")])

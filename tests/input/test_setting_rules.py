@@ -22,7 +22,8 @@ SMALL = ["integrator.scheme='small_steps'"]
 # What a setting needs that breaks the rule of another one, so that no rule of its own is broken too.
 COMPANY_OF_BREACH = {"joints.closure=1": ["joints.kn=1"], "joints.dilation=1": ["joints.dilation_slip=1"],
                      "absorbing.base=1": ["absorbing.table=0 0 0 1 0 0"]}
-SAMPLES = {"contact.rules": "coulomb", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
+SAMPLES = {"bolt_row.line": "0 0 1 1", "bolt_ring.centre": "0 0", "in_situ.surface": "0 1", "in_situ.k0": "1",
+           "excavation.outline": "0 0 1 0 1 1 0 0", "contact.rules": "coulomb", "cover.mesh": "mesh.msh", "cover.origin": "0 0", "acceleration.table": "0 0 0 1 0 0",
            "acceleration.file": "quake.txt", "acceleration.vertical": "up.at2"}
 
 

@@ -330,7 +330,7 @@ WRONG = {
     r"load\(pressure=\): expected a number, found None": lambda: slope().load("l", [(0, 0), (1, 0)], pressure=None),
     r"load\(pressure=\) along the line: expected two numbers": lambda: slope().load("l", [(0, 0), (1, 0)], pressure=[1, 2, 3]),
     r"force\(force=\): expected two numbers": lambda: slope_at_first().force("f", (1, 1), 5),
-    r"in_situ\(unit_weight=\): expected the unit weight of the overburden": lambda: slope_at_first().in_situ(0, 1),
+    r"in_situ\(k0=\): expected a number from 0, found -1": lambda: slope_at_first().in_situ(0, -1),
     r"model\[name\]: expected GROUP.NAME": lambda: slope().__setitem__("restitution", 1),
     r"joint\(plan\).phi: expected one of plane, found 'plan'": lambda: scree.study(incline(30, 40), grid={"joint(plan).phi": [1]}),
     r"save\(path=\): expected a name with .ana": lambda: slope().save("x.txt"),

@@ -11,6 +11,8 @@ from .text import Part, Setting, of_rows
 from .words import HOLDS, POINT_HOLDS, Point, Points, number, one_of, places, text, vector, whole
 
 # Lists of lines in decks: how many numbers a line has, and further lists with so many for each line.
+PATTERN_NUMBERS = ("spacing", "number", "length", "direction", "radius", "from", "to")  # of a row or a ring of bolts
+FULL_TURN, FIT = 360, 1e-9  # degrees; the share of a spacing by which the last bolt may lie beyond the end of its row
 BOLT_NUMBERS = ("stiffness", "strength", "pretension", "shear_stiffness", "shear_strength")
 COLUMNS = {"bolts.ends": dict.fromkeys(BOLT_NUMBERS, 1), "boundary.lines": {"pressure": 2, "traction": 4},
            **{f"support.{hold}": {} for hold in HOLDS}, "support.moved": {"velocity": 2},
@@ -229,6 +231,30 @@ class Holding(Rock):
                                  above=0 if column == "stiffness" else None),) for column, value in zip(BOLT_NUMBERS, values)}
         rows = [{"line": sum(tidied(pair), ()), "name": text(name, f"{word}(name=)"), **given} for pair in ends]
         self._set_rows("bolts.ends", self._rows("bolts.ends") + rows)
+
+    def bolts(self) -> list[tuple[tuple, str]]:
+        """The bolts of the groups of the present stage, in their order: what tells each from others, and its name."""
+        found = [(tuple(value for key, value in row.items() if key != "name"), row["name"]) for row in self._rows("bolts.ends")]
+        for group, place, width in (("bolt_row", "line", LINE), ("bolt_ring", "centre", POINT)):
+            places_of = self.in_force(f"{group}.{place}")
+            for i, (row, name) in enumerate(places_of.rows(width) if places_of else ()):
+                own = {key: self._of_pattern(group, key, i) for key in (*PATTERN_NUMBERS, *BOLT_NUMBERS)}
+                if group == "bolt_row":
+                    span, closed = math.dist(row[:2], row[2:]), False
+                else:
+                    turn = FULL_TURN if own["to"] is None else own["to"] - (own["from"] or 0)
+                    span, closed = math.radians(turn) * own["radius"], turn >= FULL_TURN
+                fit = int(span / own["spacing"] * (1 + FIT)) if own["spacing"] else 0
+                count = int(own["number"]) if own["number"] else max(1, fit if closed else fit + 1)
+                found += [((group, row, *own.values(), k), name) for k in range(count)]
+        return found
+
+    def _of_pattern(self, group, name, i):
+        """A number of a row or ring of bolts: its own, or that of all; None where there is none."""
+        found = self.in_force(f"{group}.{name}")
+        if found is None or isinstance(found.value, str):
+            return None
+        return found.value[i if len(found.value) > 1 else 0]
 
     # Excavation
 

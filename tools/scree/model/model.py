@@ -22,7 +22,7 @@ from .words import UnitSystem, number, one_of, text
 
 UNITS = re.compile(r"^units: ([^,\n]+), gravity (\S+)$", re.M)
 MATERIAL_NAME = re.compile(r"(joint|material)\((.+)\)(\..+)")
-GROUPS_OF_PLACES = ("blocks", "bolts", "support", "boundary", "water")  # that a geometry may have
+GROUPS_OF_PLACES = ("blocks", "bolts", "bolt_row", "bolt_ring", "support", "boundary", "water")  # that a geometry may have
 MATERIAL_ROWS = ("density, unit weight, Young's modulus, Poisson's ratio", "initial stress xx yy xy at y = 0", "its increase with y",
                  "velocity x y, rotation rate")
 JOINT_ROW = "friction angle, cohesion, tensile strength"

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import numbers
 import pathlib
 import tempfile
 
@@ -126,23 +127,19 @@ class Rock:
                 values[at] = float(value)
                 self.parts[-1][f"{group}.{key}"] = Setting(values)
 
-    def in_situ(self, surface: float, k0: float, unit_weight: float | None = None) -> None:
-        """Stress before the run in all materials: vertical stress is the unit weight times the depth below a level surface at
-        y = `surface`, horizontal stress is `k0` times that.
+    def in_situ(self, surface: float | Points, k0: float, unit_weight: float | None = None) -> None:
+        """Stress before the run: vertical stress is the weight of the ground below the surface, which is level at a height or runs through
+        points with ascending x; horizontal stress is `k0` times that.
 
-        `unit_weight` is needed where materials with different weights lie above each other.
+        The weight is that of the blocks, and above them that of the highest one, unless one `unit_weight` is given for all.
         """
         self._only_first("in_situ")
-        number(surface, "in_situ(surface=)")
-        number(k0, "in_situ(k0=)", least=0)
-        weights = {material.unit_weight for material in self.materials.values()}
-        if unit_weight is None and len(weights) != 1:
-            raise ModelError("in_situ(unit_weight=): expected the unit weight of the overburden, as the materials have "
-                             f"{', '.join(map(number_text, sorted(weights))) or 'none'}")
-        weight = weights.pop() if unit_weight is None else number(unit_weight, "in_situ(unit_weight=)", least=0)
-        for material in self.materials.values():
-            material.stress = (-k0 * weight * surface, -weight * surface, 0.0)
-            material.stress_increase = (k0 * weight, weight, 0.0)
+        level = isinstance(surface, numbers.Real)
+        line = [(0.0, number(surface, "in_situ(surface=)"))] if level else places(surface, "in_situ(surface=)", 1)
+        self.parts[0] |= {"in_situ.surface": Setting([value for place in line for value in place]),
+                          "in_situ.k0": Setting([number(k0, "in_situ(k0=)", least=0)])}
+        if unit_weight is not None:
+            self.parts[0]["in_situ.gradient"] = Setting([number(unit_weight, "in_situ(unit_weight=)", above=0)])
 
     # Rock that lines cut
 

@@ -180,12 +180,11 @@ def names_of_bolts(model: Model) -> list[str]:
     known = [(None, row.name) for row in model.geometry.bolts]
     for stage in range(len(model.parts)):
         installed = set()
-        for row in model.until(stage)._rows("bolts.ends"):
-            numbers = tuple(value for key, value in row.items() if key != "name")
+        for numbers, name in model.until(stage).bolts():
             k = next((k for k, (one, _) in enumerate(known) if one == numbers and k not in installed), None)
             if k is None:
                 k = len(known)
-                known.append((numbers, row["name"]))
+                known.append((numbers, name))
             installed.add(k)
     return [name for _, name in known]
 
