@@ -187,6 +187,29 @@ def b10(run):
 
 
 @case
+def b11(run):
+    """Block on a shaken incline."""
+    for name, phi in (("sines", 22), ("both", 30)):
+        r = run(DECKS / "b11-shaken-incline" / f"{name}.ana")
+        ground = np.loadtxt(DECKS / "b11-shaken-incline" / f"{name}.txt", comments="!")
+        slip = references.shaken_incline(20, math.tan(math.radians(phi)), ground[:, 0], ground[:, 1:])
+        yield Row(f"slip in 4 s, {name}", slip, r.measured_points.displacement[-1, 0] @ downhill(20), 1e-4)
+
+
+@case
+def b12(run):
+    """Rocking block: what impacts leave (Housner)."""
+    block = references.Rocking(0.25, 1.0)
+    for share in (0.3, 0.6):
+        r = run(DECKS / "b12-housner" / f"tilt{share}.ana")
+        tilt = r.history.rotation[:, 1] - share * block.alpha
+        upright = np.flatnonzero(tilt[:-1] * tilt[1:] < 0)
+        for n, exact in enumerate(block.tops(share * block.alpha, 4), 1):
+            found = np.abs(tilt[upright[n - 1]:upright[n] + 1]).max() if len(upright) > n else math.nan
+            yield Row(f"tilt over atan(b/h) after impact {n}, from {share}", exact / block.alpha, found / block.alpha, 2e-3)
+
+
+@case
 def m1(run):
     """Column: overlap of the lowest contacts."""
     r = run(DECKS / "m1-column" / "column.ana")
@@ -422,6 +445,24 @@ def w1(run):
             if top == "free":
                 yield Row(f"velocity of the top, {name}", 2 * velocity.max(), r.measured_points.velocity[:, 0, i].max(), 0.02)
             yield Row(f"returned energy, {name}, {top} top", 0.0, stored[-1], 1e-4, energy)
+
+
+@case
+def w2(run):
+    """Wave of pressure across a joint."""
+    time, velocity = wave_of(DECKS / "w2-joint" / "wave.txt")
+    impedance, duration = 2500 * 2000.0, 10 / 2000
+    longer = np.linspace(0, 6 * duration, 20001)
+    incoming = np.interp(longer, time, velocity, right=0.0)
+    for ratio in (0.5, 2.0, 8.0):
+        stiffness = ratio * impedance * 2 * math.pi / duration
+        passed = references.passed_wave(stiffness, impedance, longer, incoming)
+        given = f"0 {stiffness:.9g}"
+        r = run(DECKS / "w2-joint" / "joint.ana", settings=[f"joints.kn={given}", f"joints.ks={given}"], name=f"w2-{ratio}")
+        found = r.measured_points.velocity[:, 0, 1]
+        yield Row(f"largest velocity, k/(rho c w) {ratio}", passed.max(), found.max(), 5e-3)
+        share = np.trapz(found**2, r.history.time) / np.trapz(incoming**2, longer)
+        yield Row(f"share of the energy that passes, k/(rho c w) {ratio}", np.trapz(passed**2, longer) / np.trapz(incoming**2, longer), share, 5e-3)
 
 
 @case

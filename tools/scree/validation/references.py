@@ -129,6 +129,28 @@ def shaken_block(mu, amplitude, frequency, end, g=9.81):
     return slip, least
 
 
+def shaken_incline(degrees, mu, time, acceleration, g=9.81, fine=200):
+    """Slip down a plane that is shaken, of a rigid block that does not turn and begins at rest (Newmark 1965).
+
+    `acceleration` is (n, 2), linear between the times. Each interval is cut into `fine` parts of constant acceleration; in a part
+    the block stops where its speed is zero, and sticks as long as friction bears.
+    """
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    fine_time = np.linspace(time[0], time[-1], fine * (len(time) - 1) + 1)
+    middle, dt = 0.5 * (fine_time[1:] + fine_time[:-1]), fine_time[1] - fine_time[0]
+    force = -np.column_stack([np.interp(middle, time, acceleration[:, i]) for i in (0, 1)]) - [0, g]
+    drive, limit = force @ [c, -s], mu * -(force @ [s, c])
+    v = slip = 0.0
+    for d, most in zip(drive, limit):
+        if v == 0.0 and abs(d) <= most:
+            continue
+        a = d - math.copysign(most, v if v != 0.0 else d)
+        lasts = dt if v * (v + a * dt) >= 0 else -v / a
+        slip += v * lasts + a * lasts**2 / 2
+        v = v + a * dt if lasts == dt else 0.0
+    return slip
+
+
 def first(holds, start, fine, end):
     """The first time from the start at which a condition holds no more, or the end."""
     t = start
@@ -204,6 +226,11 @@ class Rocking:
     def tilt(self, start, time):
         """Where it is at a time before the first impact."""
         return start - bisect(lambda turn: self.time(start, start - turn) < time, 0.0, start)
+
+    def tops(self, start, count):
+        """Largest tilts after each of the first impacts. An impact leaves (1 - 1.5 sin^2 alpha)^2 of the energy (Housner 1963)."""
+        left, rise = (1 - 1.5 * math.sin(self.alpha)**2)**2, math.cos(self.alpha - start) - math.cos(self.alpha)
+        return [self.alpha - math.acos(math.cos(self.alpha) + rise * left**n) for n in range(1, count + 1)]
 
     def least_acceleration(self):
         """Lasting acceleration of the base, over g, that lifts and so overturns the block."""
@@ -479,6 +506,18 @@ def dam_friction(width, height, weight, water):
 def dam_width(height, weight, water):
     """Width with which it just does not turn about its toe: weight b h b/2 = water h^3/6."""
     return height * math.sqrt(water / (3 * weight))
+
+
+def passed_wave(stiffness, impedance, time, velocity):
+    """Velocity behind a joint that a wave meets at right angles: dv/dt = 2 k/z (v_in - v) (Schoenberg 1980; Pyrak-Nolte et al. 1990).
+
+    `stiffness` is per unit area, `impedance` is rho c; the incoming velocity is linear between the times.
+    """
+    passed, rate = np.zeros_like(velocity), 2 * stiffness / impedance
+    for i, dt in enumerate(np.diff(time)):
+        slope, kept = (velocity[i + 1] - velocity[i]) / dt, math.exp(-rate * dt)
+        passed[i + 1] = passed[i] * kept + velocity[i] * (1 - kept) + slope * (dt - (1 - kept) / rate)
+    return passed
 
 
 def wave_speeds(density, young, nu):
