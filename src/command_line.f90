@@ -24,7 +24,8 @@ module scree_command_line
     'scree cut     [GEOMETRY] ANALYSIS -o FILE  writes the model as a results file, runs nothing', &
     'scree joints  DECK                         draws statistical joint sets in a window with tunnels and', &
     '                                           slopes, writes a geometry deck', &
-    'scree --version | --help', &
+    'scree --version [json]                     prints the version, the compiler and the libraries in use', &
+    'scree --help', &
     '', &
     '  -o, --output FILE         what run, cut or joints writes; default: the stem of the deck and', &
     '                            .h5, .blk or .geo, here; with --restart the file itself', &
@@ -103,6 +104,7 @@ contains
     command%verb = argument(1)
     if (command_argument_count() == 0) command%verb = 'usage'
     if (command%verb == '-h' .or. command%verb == 'help') command%verb = '--help'
+    if (command%verb == '--version') call take_form(argument(2), command, error)
     if (any(command%verb == [character(len=9) :: '--version', '--help', 'usage'])) return
     if (all(command%verb /= verbs)) then
       call fail(error, status_bad_input, 'expected run, check, estimate, explain, cut, joints, --version or --help, found '''// &
@@ -117,6 +119,17 @@ contains
     if (command%verb == '--help') return
     call complete(command, error)
   end subroutine read_command_line
+
+  !> Takes the word after --version.
+  subroutine take_form(given, command, error)
+    character(len=*), intent(in) :: given
+    type(command_t), intent(inout) :: command
+    type(error_t), allocatable, intent(out) :: error
+
+    command%options%with_json = given == 'json'
+    if (len(given) > 0 .and. .not. command%options%with_json) &
+      call fail(error, status_bad_input, 'expected json or nothing after --version, found '''//given//'''')
+  end subroutine take_form
 
   !> Takes the word at `i`, and the one that belongs to it.
   subroutine take_word(i, command, error)

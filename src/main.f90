@@ -11,12 +11,12 @@ program scree
   use scree_explain, only: explain_scene, explain_setting, explain_settings, is_setting
   use scree_files, only: refuse_to_replace, same_file
   use scree_joints, only: make_joints
+  use scree_made_by, only: fact_t, facts_of_program, json_of_facts, lines_of_facts
   use scree_read_scene, only: read_geometry, read_scene
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count
   use scree_restart, only: find_decks
   use scree_scene, only: scene_t
   use scree_simplex_integration, only: moments_t
-  use scree_run_output, only: version
   use scree_simulation, only: simulate
   use scree_text, only: number_text, text_t
   use scree_timers, only: begin_phase, begin_timers, cost_t, costs_of, phase_frames, phase_read, phase_set_up, timers_t
@@ -34,7 +34,7 @@ program scree
   if (.not. allocated(error)) then
     select case (command%verb)
     case ('--version')
-      write (output_unit, '(a)') 'scree '//version
+      call tell_version()
     case ('--help')
       write (output_unit, '(a)') (trim(help(i)), i=1, size(help))
     case ('usage')
@@ -68,6 +68,21 @@ program scree
   end if
 
 contains
+
+  !> Prints the version of the program, its compiler and its libraries.
+  subroutine tell_version()
+    type(fact_t), allocatable :: fact(:)
+    type(text_t), allocatable :: line(:)
+    integer :: i
+
+    fact = facts_of_program(threads=0)
+    if (command%options%with_json) then
+      write (output_unit, '(a)') json_of_facts(fact)
+    else
+      line = lines_of_facts(fact)
+      write (output_unit, '(a)') (line(i)%text, i=1, size(line))
+    end if
+  end subroutine tell_version
 
   !> Does what the verb asks with the scene.
   subroutine act()

@@ -4,13 +4,14 @@ import pathlib
 import re
 import shutil
 import subprocess
+import tomllib
 
 import pytest
 import scree
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 BUILD = pathlib.Path(os.environ["SCREE"]).parents[1]
-COMMANDS = re.findall(r"^(scree-[a-z0-9-]+) = ", (SOURCE / "tools" / "pyproject.toml").read_text(), re.M)
+COMMANDS = re.findall(r"^(scree-[a-z0-9-]+) = ", (SOURCE / "pyproject.toml").read_text(), re.M)
 
 
 @pytest.fixture(scope="module")
@@ -51,15 +52,17 @@ def test_an_installed_command_finds_its_decks(installed, tmp_path):
 
 
 def test_a_blas_that_is_asked_for_is_linked(tmp_path):
-    """Where OpenBLAS has files for CMake as well: those are for whoever asks for none."""
-    done = subprocess.run(["cmake", "-S", SOURCE, "-B", tmp_path, "-DBUILD_TESTING=OFF", "-DCMAKE_BUILD_TYPE=Release", "-DBLA_VENDOR=Generic"],
-                          capture_output=True, text=True)
+    """Where OpenBLAS is there as well. Without man page and Python, which are switches."""
+    done = subprocess.run(["cmake", "-S", SOURCE, "-B", tmp_path, "-DBUILD_TESTING=OFF", "-DCMAKE_BUILD_TYPE=Release", "-DBLA_VENDOR=Generic",
+                           "-DSCREE_MAN_PAGE=OFF", "-DSCREE_PYTHON=OFF"], capture_output=True, text=True)
     if "LAPACK (OpenBLAS, or another) not found" in done.stderr:
         pytest.skip("no libblas.so and liblapack.so")
     assert done.returncode == 0, done.stderr
     words = (tmp_path / "src" / "CMakeFiles" / "scree.dir" / "link.txt").read_text().split()
     linked = {pathlib.Path(word).name.split(".")[0] for word in words if ".so" in word or ".a" in word}
     assert {"libblas", "liblapack"} <= linked and "libopenblas" not in linked
+    script = (tmp_path / "packaging" / "cmake_install.cmake").read_text()
+    assert "scree.bash" in script and "man1" not in script and "dist-packages" not in script
 
 
 def test_a_package_that_is_missing_is_one_line(installed, tmp_path):
@@ -124,8 +127,49 @@ def test_without_python_packages_the_python_tests_are_left_out_and_said(tmp_path
 
 
 def test_there_is_one_version():
+    """It stands in CMakeLists.txt, where the program and pyproject.toml take it from; tools/release compares the texts that name it."""
     version = re.search(r"project\(scree VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text())[1]
-    assert scree.call("--version").stdout == f"scree {version}\n"
-    assert re.search(r"^version: (\S+)", (SOURCE / "CITATION.cff").read_text(), re.M)[1] == version
-    assert re.search(r"^## (\S+)", (SOURCE / "doc" / "changes.md").read_text(), re.M)[1] == version
-    assert re.search(r'^version = "(.*)"', (SOURCE / "tools" / "pyproject.toml").read_text(), re.M)[1] == version
+    assert scree.version()["version"] == f"scree {version}" == scree.call("--version").stdout.splitlines()[0]
+    wanted = tomllib.loads((SOURCE / "pyproject.toml").read_text())["tool"]["scikit-build"]["metadata"]["version"]
+    assert re.search(wanted["regex"], (SOURCE / wanted["input"]).read_text())["value"] == version
+    done = subprocess.run([SOURCE / "tools" / "release"], capture_output=True, text=True)
+    assert done.returncode == 0 and f"version {version} in all files" in done.stdout and not done.stderr, done.stderr
+
+
+RELEASED = {"CMakeLists.txt": "project(scree VERSION 3.1.0 LANGUAGES C)\n", "CITATION.cff": "version: 3.1.0\ndate-released: 2031-05-06\n",
+            "doc/cite.md": "      version = {3.1.0},\n", "doc/changes.md": "# Changes\n\n## 3.1.0 (2031-05-06)\n\n## 3.0.0 (2030-05-06)\n",
+            "debian/changelog": "scree (3.1.0) unstable; urgency=medium\n"}
+
+
+@pytest.mark.parametrize("file, text, status, said", [
+    (None, "", 0, ""),
+    *((file, text.replace("3.1.0", "3.1.1"), 1, f"{file}: expected version 3.1.0 of CMakeLists.txt, found '3.1.1'")
+      for file, text in RELEASED.items() if file != "CMakeLists.txt"),
+    ("doc/changes.md", "## 3.1.0 (not yet tagged)\n", 0, "before the tag: give the date in doc/changes.md"),
+    ("CITATION.cff", "version: 3.1.0\n", 0, "before the tag: give date-released"),
+    ("debian/changelog", "scree (3.1.0) UNRELEASED; urgency=medium\n", 0, "before the tag: name the distribution"),
+    ("other", "", 0, "before the tag: commit all changes"), ("tag", "", 0, "before the tag: raise the version")])
+def test_a_release_says_what_disagrees_and_what_is_left(file, text, status, said, tmp_path):
+    """By a tree of its own, with nothing left to do but for one file; without words it tags nothing."""
+    for name, words in RELEASED.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text if name == file else words)
+    (tmp_path / "tools").mkdir()
+    for name in ("release", "say_help"):
+        shutil.copy(SOURCE / "tools" / name, tmp_path / "tools")
+    git = ["git", "-C", tmp_path, "-c", "user.name=a", "-c", "user.email=a@b"]
+    for words in (["init", "-q"], ["add", "."], ["commit", "-qm", "all"], *([["tag", "3.1.0"]] if file == "tag" else [])):
+        subprocess.run([*git, *words], check=True)
+    if file == "other":
+        (tmp_path / file).write_text(text)
+    done = subprocess.run([tmp_path / "tools" / "release"], capture_output=True, text=True)
+    assert done.returncode == status and said in done.stdout + done.stderr
+    assert done.stdout.count("before the tag") == ("before the tag" in said)
+    assert subprocess.run([*git, "tag"], capture_output=True, text=True).stdout == ("3.1.0\n" if file == "tag" else "")
+
+
+def test_the_program_has_no_path_to_a_folder_of_the_system():
+    """A path in the program would win over the libraries that the system's loader finds."""
+    said = subprocess.run(["readelf", "-d", os.environ["SCREE"]], capture_output=True, text=True, check=True).stdout
+    paths = [path for path in ":".join(re.findall(r"R(?:UN)?PATH.*\[(.*)\]", said)).split(":") if path]
+    assert "NEEDED" in said and not [path for path in paths if path.startswith(("/usr/", "/lib"))], paths

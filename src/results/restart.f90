@@ -10,9 +10,10 @@ module scree_restart
   use scree_hdf5_reading, only: close_for_reading, count_rows, open_for_reading, read_attribute, read_count, read_rows, read_words
   use scree_hdf5_writing, only: append_rows, rows_t
   use scree_kinds, only: dp
+  use scree_made_by, only: version
   use scree_model, only: model_t
   use scree_results_file, only: count_frames, make_room, results_t
-  use scree_run_output, only: run_output_t, version
+  use scree_run_output, only: run_output_t
   use scree_scene, only: scene_t
   use scree_stages, only: end_of_stage_prefix
   use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run

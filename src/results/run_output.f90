@@ -1,7 +1,5 @@
 !> Output of a run: the model and its scene at the start, series by step, frames, costs at the end.
 module scree_run_output
-  use, intrinsic :: iso_fortran_env, only: compiler_version
-  use scree_blas, only: blas_kernel
   use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_errors, only: error_t
@@ -10,6 +8,7 @@ module scree_run_output
   use scree_keyholes, only: polygons_of
   use scree_kinds, only: dp
   use scree_linear_solver, only: solver_work_t
+  use scree_made_by, only: fact_t, facts_of_program
   use scree_model, only: cache_t, model_t
   use scree_problem_output, only: store_problem
   use scree_regions, only: joint_between
@@ -28,9 +27,7 @@ module scree_run_output
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t, version
-
-  character(len=*), parameter :: version = '0.1.0'
+  public :: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
 
   !> The results file of a run, and what it is written by.
   type :: run_output_t
@@ -60,7 +57,7 @@ contains
     output%checkpoint_every = scene%settings%checkpoint_every
     output%layout = layout_of(scene, model, state, options%runs)
     call open_results(output%file, options%results_path, output%layout, options%with_xdmf, output%kinds%removal, error)
-    if (.not. allocated(error)) call describe_scene(output%file, scene, list, error)
+    if (.not. allocated(error)) call describe_scene(output%file, scene, list, options%threads, error)
     if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
     if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
     if (.not. allocated(error)) call declare_records(output%file, model, output%kinds, output%records, error)
@@ -289,25 +286,26 @@ contains
   end function layout_of
 
   !> Decks, settings, effects and versions in /scene.
-  subroutine describe_scene(results, scene, list, error)
+  subroutine describe_scene(results, scene, list, threads, error)
     type(results_t), intent(in) :: results
     type(scene_t), intent(in) :: scene
     type(effect_t), intent(in) :: list(:)
+    integer, intent(in) :: threads              !! of small steps
     type(error_t), allocatable, intent(out) :: error
     character(len=max(len(scene%geometry_name), len(scene%analysis_name))) :: deck(2)
     character(len=:), allocatable :: option(:)
     character(len=160) :: effect(size(list)), reason(size(list))
     character(len=19) :: date
+    type(fact_t), allocatable :: fact(:)
     integer :: i, now(8), n
 
     call date_and_time(values=now)
     write (date, '(i4.4,2("-",i2.2),"T",2(i2.2,":"),i2.2)') now(1:3), now(5:7)
-    call store_text(results, 'version', 'scree '//version, error)
-    if (allocated(error)) return
-    call store_text(results, 'compiler', compiler_version(), error)
-    if (allocated(error)) return
-    call store_text(results, 'blas', blas_kernel(), error)
-    if (allocated(error)) return
+    fact = facts_of_program(threads)
+    do i = 1, size(fact)
+      call store_text(results, trim(fact(i)%name), fact(i)%value, error)
+      if (allocated(error)) return
+    end do
     call store_text(results, 'date', date, error)
     if (allocated(error)) return
     deck = [character(len=len(deck)) :: scene%geometry_name, scene%analysis_name]

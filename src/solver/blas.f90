@@ -9,9 +9,15 @@ module scree_blas
                                          c_null_ptr, c_ptr
   implicit none
   private
-  public :: blas_kernel, keep_memory, keep_to_one_thread
+  public :: blas_file, blas_name, keep_memory, keep_to_one_thread
 
-  integer, parameter :: longest = 64 !! letters of a kernel's name
+  integer, parameter :: longest = 4096 !! letters of a text of the C library: PATH_MAX of Linux
+
+  !> Where an address is (Dl_info).
+  type, bind(c) :: place_t
+    type(c_ptr) :: file, base, symbol, symbol_at
+  end type place_t
+
   !> Of the GNU C library: M_TRIM_THRESHOLD and M_MMAP_THRESHOLD, and bytes: what is free at the end that is kept, and what is taken
   !> from there, the most that it takes from there.
   integer(c_int), parameter :: free_at_end = -1, taken_apart = -3, kept_bytes = 2**28, apart_bytes = 2**25
@@ -24,6 +30,13 @@ module scree_blas
       character(kind=c_char), intent(in) :: symbol(*)
       type(c_funptr) :: dlsym
     end function dlsym
+
+    !> GNU and BSD: the file that an address was loaded from; 0 where there is none.
+    integer(c_int) function dladdr(address, place) bind(c)
+      import :: c_funptr, c_int, place_t
+      type(c_funptr), value :: address
+      type(place_t), intent(out) :: place
+    end function dladdr
   end interface
 
   abstract interface
@@ -83,24 +96,61 @@ contains
     call set(number)
   end subroutine set_where_loaded
 
-  !> The library and the kernel that it chose for this processor; where it is not OpenBLAS, that.
-  function blas_kernel() result(name)
+  !> Name, version and kernel of the BLAS, as 'OpenBLAS 0.3.21, kernel Haswell'; any other library tells none of them.
+  function blas_name() result(name)
     character(len=:), allocatable :: name
-    procedure(give_text), pointer :: core
-    character(kind=c_char), pointer :: letter(:)
+    integer :: second
+
+    name = told_by('openblas_get_config') ! OpenBLAS 0.3.21, and then how it was built
+    second = index(name, ' ') + 1
+    if (second > 1) then
+      second = second + scan(name(second:)//' ', ' ')
+      name = name(:min(second - 2, len(name)))//', kernel '//told_by('openblas_get_corename')
+    else
+      name = 'not OpenBLAS'
+    end if
+  end function blas_name
+
+  !> The file that the product of matrices is called from.
+  function blas_file() result(name)
+    character(len=:), allocatable :: name
     type(c_funptr) :: address
+    type(place_t) :: place
+
+    name = 'unknown'
+    address = dlsym(c_null_ptr, 'dgemm_'//c_null_char)
+    if (.not. c_associated(address)) return
+    if (dladdr(address, place) /= 0) name = text_at(place%file)
+  end function blas_file
+
+  !> What a routine without arguments says; '' where the program has no such routine.
+  function told_by(routine) result(text)
+    character(len=*), intent(in) :: routine
+    character(len=:), allocatable :: text
+    procedure(give_text), pointer :: give
+    type(c_funptr) :: address
+
+    text = ''
+    address = dlsym(c_null_ptr, routine//c_null_char)
+    if (.not. c_associated(address)) return
+    call c_f_procpointer(address, give)
+    text = text_at(give())
+  end function told_by
+
+  !> The text of the C library at an address; '' at a null one.
+  function text_at(address) result(text)
+    type(c_ptr), intent(in) :: address
+    character(len=:), allocatable :: text
+    character(kind=c_char), pointer :: letter(:)
     integer :: i
 
-    name = 'not OpenBLAS'
-    address = dlsym(c_null_ptr, 'openblas_get_corename'//c_null_char)
+    text = ''
     if (.not. c_associated(address)) return
-    call c_f_procpointer(address, core)
-    call c_f_pointer(core(), letter, [longest])
-    name = 'OpenBLAS '
+    call c_f_pointer(address, letter, [longest])
     do i = 1, longest
       if (letter(i) == c_null_char) exit
-      name = name//letter(i)
+      text = text//letter(i)
     end do
-  end function blas_kernel
+  end function text_at
 
 end module scree_blas

@@ -1,17 +1,16 @@
 !> CHOLMOD (SuiteSparse): Cholesky factorisation of a symmetric positive definite matrix.
 module scree_cholmod
-  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_int8_t, c_loc, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_factors, only: factors_t
   use scree_kinds, only: dp
-  use scree_suitesparse_layout, only: cholmod_bytes, cholmod_final_ll_at, cholmod_print_at
   implicit none
   private
   public :: cholmod_t, factorise_by_cholmod, release_cholmod
 
-  !> Workspace of the library (cholmod_common, as large as its header says) and the factor, whose analysis is kept.
+  !> Workspace of the library (cholmod_common) and the factor, whose analysis is kept.
   type, extends(factors_t) :: cholmod_t
-    integer(c_int8_t), pointer :: common(:) => null()
+    type(c_ptr) :: common = c_null_ptr
     type(c_ptr) :: factor = c_null_ptr
     type(c_ptr) :: solution = c_null_ptr, permuted = c_null_ptr, work = c_null_ptr !! kept between solutions
   contains
@@ -40,15 +39,16 @@ module scree_cholmod
   integer(c_int), parameter :: lower_triangle = -1, real_numbers = 1, system_A = 0
 
   interface
-    integer(c_int) function cholmod_start(common) bind(c)
-      import :: c_int, c_ptr
-      type(c_ptr), value :: common
-    end function cholmod_start
+    !> suitesparse.c: a workspace for L L^T that prints nothing.
+    type(c_ptr) function scree_cholmod_open() bind(c)
+      import :: c_ptr
+    end function scree_cholmod_open
 
-    integer(c_int) function cholmod_finish(common) bind(c)
-      import :: c_int, c_ptr
+    !> suitesparse.c: ends the library and gives the workspace back.
+    subroutine scree_cholmod_close(common) bind(c)
+      import :: c_ptr
       type(c_ptr), value :: common
-    end function cholmod_finish
+    end subroutine scree_cholmod_close
 
     type(c_ptr) function cholmod_analyze(A, common) bind(c)
       import :: c_ptr, c_sparse_t
@@ -97,22 +97,20 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(c_sparse_t) :: A
     type(c_factor_head_t), pointer :: head
-    type(c_ptr) :: common
     integer(c_int) :: ok
 
     definite = .false.
-    call start(self)
-    common = c_loc(self%common)
+    if (.not. c_associated(self%common)) self%common = scree_cholmod_open()
     associate (n => size(first, kind=c_size_t) - 1)
       A = c_sparse_t(n, n, size(row, kind=c_size_t), c_loc(first), c_loc(row), c_null_ptr, c_loc(value), c_null_ptr, &
                      lower_triangle, 0_c_int, real_numbers, 0_c_int, 1_c_int, 1_c_int)
     end associate
-    if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(A, common)
+    if (.not. c_associated(self%factor)) self%factor = cholmod_analyze(A, self%common)
     if (.not. c_associated(self%factor)) then
       call fail(error, status_run_failed, 'the matrix of the blocks is too large for CHOLMOD')
       return
     end if
-    ok = cholmod_factorize(A, self%factor, common)
+    ok = cholmod_factorize(A, self%factor, self%common)
     call c_f_pointer(self%factor, head)
     definite = ok /= 0 .and. head%minor == head%n
   end subroutine factorise_by_cholmod
@@ -132,7 +130,7 @@ contains
       rhs = c_dense_t(n, 1_c_size_t, n, n, c_loc(b), c_null_ptr, real_numbers, 0_c_int)
     end associate
     ok = cholmod_solve2(system_A, self%factor, rhs, c_null_ptr, self%solution, c_null_ptr, self%permuted, self%work, &
-                        c_loc(self%common))
+                        self%common)
     if (ok == 0) then
       call fail(error, status_run_failed, 'CHOLMOD has no memory for the solution')
       return
@@ -142,36 +140,19 @@ contains
     x = values
   end subroutine solve_by_cholmod
 
-  !> Starts the library once, silent (what goes wrong is said by the caller), and asks for L L^T: its L D L^T would
-  !> take an indefinite matrix, without pivoting.
-  subroutine start(self)
-    type(cholmod_t), intent(inout) :: self
-    integer(c_int), pointer :: final_ll, print_level
-    integer(c_int) :: ok
-
-    if (associated(self%common)) return
-    allocate (self%common(cholmod_bytes))
-    ok = cholmod_start(c_loc(self%common))
-    if (ok == 0) return ! every later call then fails and says so
-    call c_f_pointer(c_loc(self%common(cholmod_print_at + 1)), print_level)
-    print_level = 0
-    call c_f_pointer(c_loc(self%common(cholmod_final_ll_at + 1)), final_ll)
-    final_ll = 1
-  end subroutine start
-
   !> Gives the memory back; the next solution starts and analyses anew.
   subroutine release_cholmod(self)
     type(cholmod_t), intent(inout) :: self
     integer(c_int) :: ignored
 
-    if (.not. associated(self%common)) return
-    ignored = cholmod_free_factor(self%factor, c_loc(self%common))
-    ignored = cholmod_free_dense(self%solution, c_loc(self%common))
-    ignored = cholmod_free_dense(self%permuted, c_loc(self%common))
-    ignored = cholmod_free_dense(self%work, c_loc(self%common))
-    ignored = cholmod_finish(c_loc(self%common))
+    if (.not. c_associated(self%common)) return
+    ignored = cholmod_free_factor(self%factor, self%common)
+    ignored = cholmod_free_dense(self%solution, self%common)
+    ignored = cholmod_free_dense(self%permuted, self%common)
+    ignored = cholmod_free_dense(self%work, self%common)
+    call scree_cholmod_close(self%common)
     self%factor = c_null_ptr
-    deallocate (self%common)
+    self%common = c_null_ptr
   end subroutine release_cholmod
 
 end module scree_cholmod

@@ -292,7 +292,7 @@ module scree_scene
     logical :: with_xdmf = .false.
     logical :: with_classic = .false.       !! output of a run in Shi's form
     logical :: quiet = .false.
-    logical :: with_json = .false.          !! a summary of a run as a JSON object
+    logical :: with_json = .false.          !! a summary of a run, or the version, as a JSON object
     integer :: threads = 1                  !! that small steps may use
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t

@@ -29,7 +29,7 @@ def test_wrong_words_are_one_line_and_status_2():
                   ["cut", T4], ["cut", T4, "-o", T4], ["cut", "x.geo", "--set", "step.size=1"], ["cut", "x.geo", "--xdmf"],
                   ["cut", "x.geo", "-o", "x.geo"], ["cut", "x.geo", "y.ana", "-o", "x.geo"],
                   ["check", T4, "-o", "x"], ["explain", T4, "--output", "x"], ["estimate", T4, "-o", "x"], ["run", T4, "-o", ""],
-                  ["run", T4, "--restart", ""], ["joints", T4, "--set", "step.size=1"]):
+                  ["run", T4, "--restart", ""], ["joints", T4, "--set", "step.size=1"], ["--version", "xml"]):
         done = call(*words)
         assert done.returncode == 2 and len(done.stderr.splitlines()) == 1 and "expected" in done.stderr, words
 

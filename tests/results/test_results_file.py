@@ -14,6 +14,7 @@ os.environ["HDF5_USE_FILE_LOCKING"] = "FALSE"  # a file is read here while it is
 import h5py
 import numpy as np
 import pytest
+import scree
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -163,7 +164,24 @@ def test_the_scene_is_kept(t4):
         assert f["scene/analysis_deck"][0].decode().rstrip() == (DECKS / "t4.ana").read_text().rstrip()
         assert any(word.startswith(b"integrator.beta = 0.5  (") for word in f["scene/settings"])
         assert f["scene/effects"][1].decode().strip() == "large deformation"
-        assert re.fullmatch(rb"OpenBLAS \w+|not OpenBLAS", f["scene"].attrs["blas"])
+
+
+def test_the_file_names_what_it_was_made_by(t4):
+    """What `scree --version` says, but for the threads, of which a run knows the number. Whether the BLAS is OpenBLAS is seen by the
+    libraries that the program loads."""
+    told = scree.version()
+    scene = scree.read(t4).scene
+    assert len(told) == 8 and scene.threads == "linear algebra 1, small steps 1" and told.pop("threads").endswith("--threads")
+    assert {name: getattr(scene, name) for name in told} == told
+    loaded = subprocess.run(["ldd", os.environ["SCREE"]], capture_output=True, text=True, check=True).stdout
+    assert f" {told['blas_file']} " in loaded
+    if "libopenblas" in loaded:
+        assert re.fullmatch(r"OpenBLAS [0-9.]+, kernel \w+", told["blas"])
+    else:
+        assert told["blas"] == "not OpenBLAS"
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+", told[name]) for name in ("hdf5", "suitesparse")) and " -O" in told["compiler_options"]
+    lines = scree.call("--version").stdout.splitlines()
+    assert len(lines) == 8 and all(line.endswith(value) for line, value in zip(lines, told.values()))
 
 
 def test_the_side_car_points_at_every_frame(t4):

@@ -111,7 +111,7 @@ def test_without_pyarrow_a_name_with_parquet_is_refused_before_any_run(folder):
     done = subprocess.run([TOOL, "slide.toml", "--to", "t.parquet"], cwd=folder, capture_output=True, text=True,
                           env=os.environ | {"PYTHONPATH": str(folder / "absent")})
     assert done.returncode == 2 and done.stderr == ("tools/study: t.parquet: expected the Python package pyarrow, found: no pyarrow here; "
-                                                    "pip install './tools[parquet]', or give a name with .csv\n")
+                                                    "pip install '.[parquet]', or give a name with .csv\n")
     assert not list((folder / "slide" / "runs").iterdir())
 
 

@@ -19,9 +19,10 @@ variable SCREE, else that of build/release.
 """
 from .errors import ModelError, ProgramMissing, ResultsError, RunFailed, ScreeError
 from .model import Model, arc
-from .program import Runner, call, cut, program, run
+from .program import Runner, call, cut, program, run, version
 from .results import Contacts, Group, Results, read
 from .verbs import FactorOfSafety, film, fs, plot, report, rockfall, study
 
 __all__ = ["Contacts", "FactorOfSafety", "Group", "Model", "ModelError", "ProgramMissing", "Results", "ResultsError", "RunFailed", "Runner",
-           "ScreeError", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "rockfall", "run", "study"]
+           "ScreeError", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "rockfall", "run", "study",
+           "version"]

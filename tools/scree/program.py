@@ -33,7 +33,7 @@ def origin() -> pathlib.Path | None:
         url = urllib.parse.urlsplit(json.loads(noted)["url"])
     except (importlib.metadata.PackageNotFoundError, TypeError, ValueError, KeyError):
         return None
-    return pathlib.Path(urllib.parse.unquote(url.path)).parent if url.scheme == "file" else None
+    return pathlib.Path(urllib.parse.unquote(url.path)) if url.scheme == "file" else None
 
 
 def program(path: StrPath | None = None) -> pathlib.Path:
@@ -82,6 +82,11 @@ def done_or_failed(done: subprocess.CompletedProcess[str]) -> subprocess.Complet
         said = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
         raise RunFailed(said[-1].removeprefix("scree: "), done.returncode, done.stderr)
     return done
+
+
+def version(path: StrPath | None = None) -> dict[str, str]:
+    """Version, compiler and libraries of the program, by the names that they have in /scene of a results file."""
+    return json.loads(done_or_failed(call("--version", "json", path=path)).stdout)
 
 
 def with_settings(settings: Iterable[str]) -> list[str]:

@@ -39,7 +39,7 @@ import sys
 
 from ..arguments import STOPPED, above_zero, ends_in_a_line, parser_for, say, whole_from
 from ..errors import ScreeError
-from ..program import call, program, work_folder
+from ..program import program, version, work_folder
 from ..records import explain
 from .choices import COMPARED, CURES, DECK, INTEGRATORS, MULTIPLIERS, STRAINS, grid
 from .ensembles import DEFAULTS, Ensembles, QUANTITIES as WAYS, RunOut, print_run_out
@@ -156,7 +156,7 @@ def study(given):
         print_findings(findings)
         pictures.append(given.folder / f"{findings.scene.name}.png")
         draw(findings, pictures[-1])
-    facts = {"program": call("--version", path=path).stdout.strip(), "command": " ".join(["tools/cost_of_accuracy", *sys.argv[1:]])}
+    facts = {"program": version(path)["version"], "command": " ".join(["tools/cost_of_accuracy", *sys.argv[1:]])}
     write_csv(given.folder / "cost.csv", [row for findings in found for row in findings.rows])
     write_json(given.folder / "cost.json", found, program=facts["program"])
     write_page(given.folder / "index.html", found, pictures, facts)

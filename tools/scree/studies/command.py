@@ -9,7 +9,7 @@
 TABLE is a CSV file, its first line names as --set takes them and a run in each other, or a TOML file with lists, ranges and
 samples. Each run goes into a record of its own in FOLDER/runs: the same command goes on where it was stopped, and makes again
 what another program, deck or setting would change. FOLDER/table.csv, or the FILE of --to, with .csv or .parquet, is written when all runs
-are there. Parquet needs pyarrow (pip install './tools[parquet]').
+are there. Parquet needs pyarrow (pip install '.[parquet]').
 """
 import argparse
 import contextlib

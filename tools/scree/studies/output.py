@@ -60,7 +60,7 @@ def check_output(path):
         try:
             import pyarrow.parquet  # noqa: F401  here, as nothing else needs it
         except ImportError as problem:
-            raise ScreeError(f"{path}: expected the Python package pyarrow, found: {problem}; pip install './tools[parquet]', or give a "
+            raise ScreeError(f"{path}: expected the Python package pyarrow, found: {problem}; pip install '.[parquet]', or give a "
                              "name with .csv") from None
 
 
