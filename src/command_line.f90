@@ -33,6 +33,7 @@ module scree_command_line
     '  --set GROUP.NAME=VALUE    a setting, in place of that of the deck; may be repeated', &
     '  --set "joint(1).phi=30"   a number of a deck, by its name in doc/decks.md, with the checks of the deck', &
     '  --restart FILE            run: goes on with a run; --set may change how it goes on', &
+    '  --steps N                 run: pauses after N steps, such that --restart goes on', &
     '  --xdmf                    writes an XDMF side-car too', &
     '  --classic-output          run: writes the frames as Shi''s programs keep them too, .replay', &
     '  --strict                  run, check: warnings are errors', &
@@ -72,7 +73,8 @@ module scree_command_line
   type(command_option_t), parameter :: with_word(*) = [ & ! that belongs to them
     command_option_t('--set', 'run, check, estimate, explain or cut'), command_option_t('-o', 'run, cut or joints'), &
     command_option_t('--output', 'run, cut or joints'), command_option_t('--restart', 'run'), &
-    command_option_t('--summary', 'run'), command_option_t('--threads', 'run'), command_option_t('--accuracy', 'estimate')]
+    command_option_t('--summary', 'run'), command_option_t('--threads', 'run'), command_option_t('--steps', 'run'), &
+    command_option_t('--accuracy', 'estimate')]
 
   !> What the command line asks for.
   type :: command_t
@@ -183,7 +185,6 @@ contains
     character(len=*), intent(in) :: word, given
     type(command_t), intent(inout) :: command
     type(error_t), allocatable, intent(out) :: error
-    integer :: status
 
     if (len(given) == 0) then
       call fail(error, status_bad_input, 'expected a word after '//word//', found an empty one')
@@ -199,15 +200,27 @@ contains
       if (.not. command%options%with_json) &
         call fail(error, status_bad_input, 'expected json after --summary, found '''//given//'''')
     case ('--threads')
-      read (given, '(i6)', iostat=status) command%options%threads
-      if (status /= 0 .or. command%options%threads < 1) &
-        call fail(error, status_bad_input, 'expected a number from 1 after --threads, found '''//given//'''')
+      call take_count(word, given, command%options%threads, error)
+    case ('--steps')
+      call take_count(word, given, command%options%steps, error)
     case ('--restart')
       command%options%restart_path = given
     case default
       command%options%results_path = given
     end select
   end subroutine take_value
+
+  !> Reads the number from 1 that belongs to a word.
+  subroutine take_count(word, given, value, error)
+    character(len=*), intent(in) :: word, given
+    integer, intent(out) :: value
+    type(error_t), allocatable, intent(out) :: error
+    integer :: status
+
+    read (given, '(i9)', iostat=status) value
+    if (status /= 0 .or. value < 1) &
+      call fail(error, status_bad_input, 'expected a number from 1 after '//word//', found '''//given//'''')
+  end subroutine take_count
 
   !> Takes a word that turns something on.
   subroutine take_switch(word, command)

@@ -16,8 +16,7 @@ module scree_simulation
   use scree_model, only: cache_t, model_t
   use scree_forecast, only: enough, note_step, probe_t
   use scree_next_stage, only: set_up_next
-  use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
-                            warn
+  use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, tell, tell_whole, warn
   use scree_restart, only: leave_past, open_past, past_run_t, resume_output, take_past
   use scree_results_file, only: abandon_results, take_place
   use scree_results_target, only: check_targets
@@ -31,11 +30,12 @@ module scree_simulation
   use scree_start, only: begin_run
   use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: after_step, at_end, frame_due, is_settled, next_size, share_done
+  use scree_step_progress, only: share_of_stage, show_step
   use scree_summary_words, only: ending_t, json_of, lines_of, warning_of_blows, warning_of_error, warning_of_swings
   use scree_text, only: number_text, rounded_text, text_t
   use scree_time_stepper, only: step_report_t
   use scree_timers, only: begin_phase, costs_of, phase_check, phase_frames, phase_history, phase_other, phase_set_up, timers_t
-  use scree_trouble, only: trouble_t, words_of
+  use scree_trouble, only: trouble_t
   use scree_watch, only: begin_watch, check_numbers, watch_impact, watch_step, watch_t
   implicit none
   private
@@ -58,6 +58,7 @@ module scree_simulation
     type(summary_t), allocatable :: summary !! of its steps
     type(trouble_t) :: cut               !! why a try was cut last
     integer :: threads = 1               !! that small steps may use
+    integer :: last_step = huge(1)       !! of the run, after which it pauses
     integer :: framed = 0                !! step of the last frame, or one that none is to follow
     type(probe_t), allocatable :: probe  !! of a run that measures its own time and leaves no results
   end type run_t
@@ -100,7 +101,8 @@ contains
       if (allocated(error)) return
       call take_supports(run%state, run%model)
       call rebuild_cache(run%model, run%state, run%cache)
-      run%progress%from = time_of_run(run%state)
+      run%progress%from = (run%state%stage%number - 1 + share_of_stage(run%scene%settings, run%state))/run%n_stages
+      run%progress%shown_tenths = int(10*run%progress%from)
     end if
 
     call tell(run%progress, 'order of the numbers: '//order_text(scene))
@@ -125,6 +127,7 @@ contains
     call begin_phase(run%cache%timers, phase_other)
     if (present(probe)) run%probe = probe
     run%threads = options%threads
+    if (options%steps > 0) run%last_step = step_of_run(run%state) + options%steps
     if (options%runs .and. .not. allocated(error)) call run_stages(scene, blocks, run, error)
 
     call release_equations(run%cache%equations)
@@ -200,7 +203,9 @@ contains
     status = trim(merge('complete', 'cut     ', options%runs))
     if (.not. allocated(error)) then
       if (.not. allocated(run%summary)) return
-      if (.not. allocated(run%summary%balance)) return
+      if (pauses(run) .and. .not. (run%state%stage%number == run%n_stages .and. at_end(run%scene%settings, run%state))) &
+        status = 'paused'
+      if (status == 'paused' .or. .not. allocated(run%summary%balance)) return
       associate (balance => run%summary%balance)
         if (is_at_rest(run)) return
         status = unsettled
@@ -320,7 +325,7 @@ contains
     do
       if (run%n_stages > 1) call tell_stage(run)
       call run_steps(run, error)
-      if (allocated(error) .or. run%state%stage%number == run%n_stages) exit
+      if (allocated(error) .or. run%state%stage%number == run%n_stages .or. pauses(run)) exit
       if (.not. (at_end(run%scene%settings, run%state) .and. is_settled(run%scene%settings, run%state))) exit
       call begin_next_stage(scene, blocks, run, error)
       if (allocated(error)) exit
@@ -358,7 +363,6 @@ contains
     run%model = model
     run%state = state
     run%framed = 0
-    run%progress%shown_tenths = 0
     call begin_steps(run, error)
     if (allocated(error)) then
       error%message = words_of_stage(run)//': '//error%message
@@ -400,7 +404,7 @@ contains
     type(error_t), allocatable :: frame_error
 
     run%model%settings%threads = run%threads
-    do while (.not. (allocated(error) .or. at_end(run%scene%settings, run%state)) .and. stop_signal() == 0)
+    do while (.not. (allocated(error) .or. at_end(run%scene%settings, run%state) .or. pauses(run)) .and. stop_signal() == 0)
       if (allocated(run%probe)) then
         call note_step(share_of_run(run), run%probe)
         if (enough(run%probe)) return
@@ -411,13 +415,20 @@ contains
       call note_step(share_of_run(run), run%probe)
       run%probe%ended = .not. allocated(error) .and. at_end(run%scene%settings, run%state)
     end if
-    if (.not. (allocated(error) .or. at_end(run%scene%settings, run%state))) &
+    if (.not. (allocated(error) .or. at_end(run%scene%settings, run%state) .or. pauses(run))) &
       call fail(error, status_signal + stop_signal(), 'interrupted by '//signal_name(stop_signal())//' after step '// &
                 number_text(step_of_run(run%state))//', at time '//rounded_text(time_of_run(run%state))// &
                 '; what was done is in '//run%output%file%path)
-    if (allocated(error) .and. run%framed < run%state%step) &
+    if ((allocated(error) .or. pauses(run)) .and. run%framed < run%state%step) &
       call put_frame(run%output, run%model, run%cache, run%state, run%watch, frame_error)
   end subroutine run_steps
+
+  !> Whether the run has made all steps that it was to make before a pause.
+  pure logical function pauses(run)
+    type(run_t), intent(in) :: run
+
+    pauses = step_of_run(run%state) >= run%last_step
+  end function pauses
 
   !> Fraction of a run that is done, its stages taken for equally long.
   pure real(dp) function share_of_run(run) result(share)
@@ -470,28 +481,8 @@ contains
       error%message = reached(run%state)//error%message
       return
     end if
-    call show_progress(run, report)
+    call show_step(run%progress, run%n_stages, run%model, run%cache, run%state, report, run%cut)
   end subroutine run_step
-
-  !> Shows how far the run is, and warns of steps that stay short because tries are cut.
-  subroutine show_progress(run, report)
-    type(run_t), intent(inout) :: run
-    type(step_report_t), intent(in) :: report
-
-    associate (s => run%scene%settings, state => run%state)
-      if (allocated(report%cut%what)) then
-        run%cut = report%cut
-      else if (.not. report%dt < s%step_size) then
-        run%cut = trouble_t()
-      end if
-      call show_step(run%progress, step_of_run(state), time_of_run(state), state%stage%begins &
-                     + min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), report%dt, report%iterations)
-      if (.not. (s%chooses_step .or. s%aim > 0 .or. s%balance > 0) .and. allocated(run%cut%what)) then
-        if (stays_short(run%progress, report%dt, s%step_size)) call tell(run%progress, 'steps stay short, '// &
-          rounded_text(report%dt)//' of '//rounded_text(s%step_size)//', as tries are cut: '//words_of(run%cut, run%model))
-      end if
-    end associate
-  end subroutine show_progress
 
   !> The step that was done last, for an error that it ends with.
   pure function reached(state)

@@ -16,6 +16,7 @@ module scree_restart
   use scree_run_output, only: run_output_t
   use scree_scene, only: scene_t
   use scree_stages, only: end_of_stage_prefix
+  use scree_sleep, only: wake_all
   use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: at_end, is_settled, resume_pace
   use scree_text, only: number_text, rounded_text, text_t
@@ -28,10 +29,12 @@ module scree_restart
   !> Datasets of the checkpoints: three with a row each, and the numbers of all.
   character(len=*), parameter :: of_checkpoint(4) = [character(len=7) :: 'frame', 'end', 'rows', 'numbers']
 
-  !> Settings that say how a run goes on; all others made the model, the state or the series of the results.
-  character(len=*), parameter :: may_change(*) = [character(len=17) :: 'step.size', 'step.end_time', 'step.count', 'step.travel', &
+  !> Settings that say how a run goes on, and strengths of joints. All others made the model, the state or the series of results.
+  character(len=*), parameter :: may_change(*) = [character(len=23) :: 'step.size', 'step.end_time', 'step.count', 'step.travel', &
                                                   'step.least', 'step.balance', 'output.every', 'output.interval', &
-                                                  'output.problems', 'output.checkpoint']
+                                                  'output.problems', 'output.checkpoint', 'joints.phi', 'joints.cohesion', &
+                                                  'joints.tensile_strength']
+  character(len=*), parameter :: of_joint = 'joint' !! how the name of a strength begins: joints.phi, or joint(1).phi of a deck
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 
   !> A run at a checkpoint.
@@ -48,7 +51,7 @@ contains
 
   !> Names the decks that a run was made from, where none are given, and puts its settings before those that are given.
   !>
-  !> Those that say how a run goes on may be given, of all stages or from one on.
+  !> Those that say how a run goes on, and strengths of joints, may be given, of all stages or from one on.
   !> Errors: another setting; a file that is no run's, or one of another version.
   subroutine find_decks(path, geometry, analysis, options, error)
     character(len=*), intent(in) :: path
@@ -61,7 +64,7 @@ contains
 
     do i = 1, size(options)
       setting = options(i)%text(end_of_stage_prefix(options(i)%text) + 1:)
-      if (any(may_change == setting(:index(setting//'=', '=') - 1))) cycle
+      if (any(may_change == setting(:index(setting//'=', '=') - 1)) .or. index(setting, of_joint//'(') == 1) cycle
       call fail(error, status_bad_input, '--set '//options(i)%text//': expected one of '//names()// &
                 ' with --restart, as others made what the run goes on from')
       return
@@ -88,6 +91,7 @@ contains
       do k = 2, size(may_change)
         names = names//', '//trim(may_change(k))
       end do
+      names = names//', joint(N).NAME'
     end function names
 
   end subroutine find_decks
@@ -145,7 +149,7 @@ contains
     call close_for_reading(past%file)
   end subroutine leave_past
 
-  !> Reads state and watch from the checkpoint.
+  !> Reads state and watch from the checkpoint. Where strengths change all blocks wake.
   !>
   !> Errors: another model; a damaged checkpoint; nothing is left to do.
   subroutine take_past(past, scene, n_stages, model, state, watch, error)
@@ -163,6 +167,7 @@ contains
         call fail(error, status_bad_input, past%path//': expected a whole checkpoint, found one that is damaged')
     end if
     if (.not. allocated(error)) then
+      if (changes_strength(past, scene)) call wake_all(model, state)
       call resume_pace(scene%settings, state)
       if (at_end(scene%settings, state) .and. .not. (state%stage%number < n_stages .and. is_settled(scene%settings, state))) &
         call fail(error, status_bad_input, past%path//': the run has come to its end, at time '// &
@@ -171,6 +176,22 @@ contains
     end if
     if (allocated(error)) call leave_past(past)
   end subroutine take_past
+
+  !> Whether the settings of the run that goes on, behind those that it had, change a strength.
+  logical function changes_strength(past, scene) result(changes)
+    type(past_run_t), intent(in) :: past
+    type(scene_t), intent(in) :: scene
+    character(len=:), allocatable :: had(:)
+    integer :: i
+
+    had = read_words(past%file, '/scene/options')
+    changes = .false.
+    do i = size(had) + 1, size(scene%options)
+      associate (option => scene%options(i)%text)
+        changes = changes .or. index(option(end_of_stage_prefix(option) + 1:), of_joint) == 1
+      end associate
+    end do
+  end function changes_strength
 
   !> Error where the decks are not those of the run.
   subroutine compare_decks(past, scene, error)

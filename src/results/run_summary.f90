@@ -16,8 +16,8 @@ module scree_run_summary
   use scree_time_stepper, only: step_report_t
   implicit none
   private
-  public :: add_step, begin_stage, begin_summary, change_of_area, end_stage, lost_otherwise, share_lost, share_of_blows, &
-            stage_ending_t, sum_up, summary_t, vertex_most_t
+  public :: add_step, begin_stage, begin_summary, change_of_area, count_moving, end_stage, lost_otherwise, share_lost, &
+            share_of_blows, stage_ending_t, sum_up, summary_t, vertex_most_t
 
   !> Fraction of its weight, and of sqrt(g size), below which a body counts as at rest.
   real(dp), parameter :: resting = 1e-3_dp
@@ -143,6 +143,22 @@ contains
     if (allocated(summary%balance)) deallocate (summary%balance)
   end subroutine begin_stage
 
+  !> Number of blocks that move: in a static step those out of balance, else those that are not at rest. It is -1 where there is no
+  !> weight to tell rest by.
+  pure integer function count_moving(model, cache, state, balance) result(moving)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state       !! at the end of a step
+    type(balance_t), intent(in), optional :: balance !! of a static step
+
+    moving = -1
+    if (present(balance)) then
+      moving = balance%others + merge(1, 0, balance%share > tolerance_of(model%settings))
+    else if (allocated(model%effects%gravity)) then
+      moving = count(.not. bodies_at_rest(model, cache, state, resting))
+    end if
+  end function count_moving
+
   !> Adds a step that was accepted and written.
   subroutine add_step(model, state, report, summary)
     type(model_t), intent(in) :: model
@@ -195,7 +211,7 @@ contains
     summary%displacement = most_of(model, state, displacement_of_vertices(model, state))
     summary%speed = most_of(model, state, velocity_of_vertices(model, cache, state))
     if (allocated(model%effects%gravity) .and. .not. model%effects%is_static()) &
-      summary%at_rest = all(bodies_at_rest(model, cache, state, resting))
+      summary%at_rest = count_moving(model, cache, state) == 0
     if (allocated(state%deviation)) summary%off = share_off(model, cache, state%deviation)
     summary%aim = model%settings%aim
     summary%is_static = model%effects%is_static()

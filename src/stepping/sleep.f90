@@ -27,7 +27,7 @@ module scree_sleep
   use scree_timers, only: begin_phase, phase_sleep
   implicit none
   private
-  public :: advance_awake, bodies_at_rest
+  public :: advance_awake, bodies_at_rest, wake_all
 
   !> Steps from one look at what is near equilibrium to the next, and looks in a row that find it so for an island to fall asleep.
   integer, parameter :: steps_apart = 8, quiet_looks = 3
@@ -105,6 +105,28 @@ contains
     if (size(block) == 0) return
     wakes = .false.
     wakes(state%sleep%island(block)) = .true.
+    call wake_islands(model, wakes, state)
+    call leave_out_sleepers(model, awake, cache, state)
+  end subroutine wake
+
+  !> Wakes all blocks, as a change of strength may move any of them.
+  pure subroutine wake_all(model, state)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    logical :: wakes(0:model%n_blocks)       !! islands
+
+    if (.not. allocated(state%sleep)) return
+    wakes = .true.
+    wakes(0) = .false.
+    if (any(state%sleep%island > 0)) call wake_islands(model, wakes, state)
+  end subroutine wake_all
+
+  !> Has the blocks of islands take part again, with their contacts.
+  pure subroutine wake_islands(model, wakes, state)
+    type(model_t), intent(in) :: model
+    logical, intent(in) :: wakes(0:)         !! islands, by their first block; 0: what is awake
+    type(state_t), intent(inout) :: state
+
     associate (sleep => state%sleep, memory => state%contacts)
       call hand_over(model%outlines, wakes(sleep%island), sleep%contact, sleep%inside, memory%contact, memory%inside)
       where (wakes(sleep%island))
@@ -113,8 +135,7 @@ contains
       end where
     end associate
     call sum_up_contacts(state)
-    call leave_out_sleepers(model, awake, cache, state)
-  end subroutine wake
+  end subroutine wake_islands
 
   !> Puts the islands to sleep all of whose bodies have been near equilibrium for some time, and books their motion.
   subroutine put_to_sleep(model, awake, cache, state)

@@ -1,18 +1,18 @@
-!> How far a run is: one line rewritten on a terminal, lines in a log, nothing when quiet. A log has a line each tenth of the time
-!> of the run, and after half a minute without one.
+!> How far a run is: one line rewritten on a terminal, lines in a log, nothing when quiet. A log has a line at each tenth of a run,
+!> and after ten seconds without one.
 module scree_progress
   use, intrinsic :: iso_fortran_env, only: error_unit
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp, i8
   use scree_screen, only: folded, is_terminal, print_text, screen_columns
-  use scree_text, only: number_text, short_text, text_t
+  use scree_text, only: number_text, text_t
   implicit none
   private
-  public :: check_told, end_progress, is_due, line_of_step, progress_t, set_up_progress, show_step, stays_short, tell, tell_whole, &
-            warn
+  public :: check_told, end_progress, is_due, line_is_due, line_of_run, progress_t, set_up_progress, show_line, stays_short, tell, &
+            tell_whole, warn
 
-  real(dp), parameter :: between_lines = 0.1_dp, most_silent = 30.0_dp !! s, on a terminal; in a log
-  integer, parameter :: digits = 4                                     !! of times
+  real(dp), parameter :: between_lines = 0.1_dp, most_silent = 10.0_dp !! s, on a terminal; in a log
+  real(dp), parameter :: hour = 3600.0_dp, day = 24*hour               !! s
   !> Steps below this fraction of the size that was asked for are short; so many in a row that take so long are worth a message.
   real(dp), parameter :: short_share = 0.5_dp, long = 3.0_dp !! long: s
   integer, parameter :: many = 20
@@ -25,7 +25,7 @@ module scree_progress
     integer :: open_letters = 0                 !! of the line that stands on the terminal and is written over
     character(len=:), allocatable :: reason     !! why something could not be told; empty: all could
     integer(i8) :: begun = 0, shown = 0         !! clock
-    real(dp) :: from = 0.0_dp                   !! time of the run when it began
+    real(dp) :: from = 0.0_dp                   !! fraction of the run that was done when it began
     type(text_t), allocatable :: warning(:)     !! that were given
     integer :: short = 0                        !! steps in a row that are short
     integer(i8) :: short_since = 0              !! clock
@@ -47,34 +47,45 @@ contains
     progress%shown = progress%begun
   end subroutine set_up_progress
 
-  !> Shows a step where it is time to.
-  subroutine show_step(progress, step, time, end_time, dt, iterations)
-    type(progress_t), intent(inout) :: progress
-    integer, intent(in) :: step, iterations
-    real(dp), intent(in) :: time, end_time, dt
-    character(len=:), allocatable :: line
-    real(dp) :: left, silent, spent
+  !> Whether it is time for a line of the run.
+  logical function line_is_due(progress, share, goes_on)
+    type(progress_t), intent(in) :: progress
+    real(dp), intent(in) :: share           !! of the run that is done, from 0 to 1
+    logical, intent(in) :: goes_on          !! after this step
     integer(i8) :: now, rate
-    integer :: columns, tenths
 
+    line_is_due = .false.
     if (progress%quiet) return
-    tenths = int(10*time/end_time)
     call system_clock(now, rate)
-    silent = real(now - progress%shown, dp)/real(rate, dp)
-    if (.not. is_due(progress%terminal, silent, tenths - progress%shown_tenths, time < end_time)) return
+    line_is_due = is_due(progress%terminal, real(now - progress%shown, dp)/real(rate, dp), int(10*share) - progress%shown_tenths, &
+                         goes_on)
+  end function line_is_due
+
+  !> Shows the line of a run: on a terminal over the line before it.
+  subroutine show_line(progress, share, facts)
+    type(progress_t), intent(inout) :: progress
+    real(dp), intent(in) :: share           !! of the run that is done, from 0 to 1
+    type(text_t), intent(in) :: facts(:)    !! what more there is to say, the most important first
+    character(len=:), allocatable :: line
+    real(dp) :: left, spent
+    integer(i8) :: now, rate
+    integer :: columns
+
+    call system_clock(now, rate)
     progress%shown = now
-    progress%shown_tenths = tenths
+    progress%shown_tenths = int(10*share)
     spent = real(now - progress%begun, dp)/real(rate, dp)
-    left = spent*(end_time - time)/max(time - progress%from, tiny(time))
+    left = huge(left)
+    if (share > progress%from) left = spent*((1 - share)/(share - progress%from))
     if (progress%terminal) then
-      columns = screen_columns() - 1 ! some terminals go on to the next line where the last one is taken
-      line = line_of_step(step, time, end_time, dt, iterations, left, columns)
+      columns = screen_columns() - 1 ! some terminals go on to the next line where the last column is taken
+      line = line_of_run(left, share, facts, columns)
       call print(progress, achar(13)//line//repeat(' ', max(0, min(progress%open_letters, columns) - len(line))))
       progress%open_letters = len(line)
     else
-      call print(progress, line_of_step(step, time, end_time, dt, iterations, left, huge(columns))//new_line('a'))
+      call print(progress, line_of_run(left, share, facts, huge(columns))//new_line('a'))
     end if
-  end subroutine show_step
+  end subroutine show_line
 
   !> Whether it is time for a line.
   pure logical function is_due(terminal, silent, tenths, goes_on)
@@ -90,26 +101,25 @@ contains
     end if
   end function is_due
 
-  !> Progress of a run, in a line of limited length: as much as fits, and always the time that is left.
-  pure function line_of_step(step, time, end_time, dt, iterations, left, columns) result(line)
-    integer, intent(in) :: step, iterations
-    real(dp), intent(in) :: time, end_time, dt
-    real(dp), intent(in) :: left         !! s, of the clock
+  !> The line of a run with at most so many letters: the time that is left, the fraction that is done, and as many facts as fit.
+  pure function line_of_run(left, share, facts, columns) result(line)
+    real(dp), intent(in) :: left            !! s, of the clock
+    real(dp), intent(in) :: share           !! of the run that is done, from 0 to 1
+    type(text_t), intent(in) :: facts(:)    !! the most important first
     integer, intent(in) :: columns
-    character(len=:), allocatable :: last, line, number, of_time, size
+    character(len=:), allocatable :: line, longer
+    integer :: i
 
-    number = 'step '//number_text(step)
-    of_time = '  time '//short_text(time, digits)//' of '//short_text(end_time, digits)
-    size = '  dt '//short_text(dt, digits)
-    last = 'left '//duration(left)
-    line = number//of_time//size//'  iterations '//number_text(iterations)//'  '//last
-    if (len(line) > columns) line = number//of_time//size//'  '//last
-    if (len(line) > columns) line = number//of_time//'  '//last
-    if (len(line) > columns) line = number//'  '//number_text(int(100*time/end_time))//' %  '//last
-    if (len(line) > columns) line = last
+    line = 'left '//duration(left)
     if (len(line) > columns) line = duration(left)
     line = line(:min(len(line), columns))
-  end function line_of_step
+    longer = line//'  '//number_text(int(100*share))//' %'
+    do i = 1, size(facts) + 1
+      if (len(longer) > columns) return
+      line = longer
+      if (i <= size(facts)) longer = line//'  '//facts(i)%text
+    end do
+  end function line_of_run
 
   !> Whether steps have been short for so long that one who waits at a terminal is to know why: true once in a run.
   logical function stays_short(progress, dt, asked)
@@ -198,8 +208,11 @@ contains
     character(len=16) :: buffer
     integer :: s
 
-    if (seconds > 359999.0_dp) then
-      duration = 'days'
+    if (.not. seconds < 1e6_dp*day) then
+      duration = '?'
+      return
+    else if (seconds >= 100*hour) then
+      duration = number_text(nint(seconds/day))//' days'
       return
     end if
     s = nint(seconds)

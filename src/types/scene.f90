@@ -294,6 +294,7 @@ module scree_scene
     logical :: quiet = .false.
     logical :: with_json = .false.          !! a summary of a run, or the version, as a JSON object
     integer :: threads = 1                  !! that small steps may use
+    integer :: steps = 0                    !! of a run before it pauses; 0: it goes on to its end
     logical :: strict = .false.             !! a model that calls for warnings does not run
   end type run_options_t
 

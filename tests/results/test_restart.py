@@ -324,3 +324,31 @@ def test_no_component_of_what_a_run_goes_on_from_is_forgotten(source, name):
     for text in (["src/results/checkpoint.f90"] if name == "watch_t" else ["src/results/checkpoint.f90", "tests/worlds/states.f90"]):
         missing = [n for n in names if f"%{n}" not in (SOURCE / text).read_text()]
         assert missing == [], text
+
+
+@pytest.mark.parametrize("name", ["stages", "steps by accuracy", "bolts that yield"])
+def test_a_run_in_parts_has_the_same_bits(name, tmp_path):
+    """Parts of a number of steps, whatever stages and step sizes there are."""
+    (tmp_path / "decks").mkdir()
+    decks, settings = SCENES[name](tmp_path / "decks")
+    whole, path = tmp_path / "whole.h5", tmp_path / "part.h5"
+    assert call("run", *decks, "-o", whole, "--quiet", *words(settings)).returncode == 0
+    total = len(read(whole).history.time)
+    done = call("run", *decks, "-o", path, "--quiet", "--steps", str(total // 3), *words(settings))
+    for parts in range(1, 3):
+        assert done.returncode == 0 and done.stderr == "" and read(path).scene.status == "paused"
+        assert len(read(path).history.time) == parts * (total // 3)
+        done = call("run", "--restart", path, "--quiet", "--steps", str(total // 3 + (total if parts == 2 else 0)))
+    assert done.returncode == 0 and read(path).scene.status == read(whole).scene.status
+    frames = ("VTKHDF", "bodies", "contacts", "frame", "elements", "bolts")  # of pauses there are more
+    assert differing(whole, path, frames) == []
+
+
+def test_only_strengths_and_steps_change_on_the_way(tmp_path):
+    path = tmp_path / "r.h5"
+    decks, settings = SCENES["arc"](tmp_path)
+    assert call("run", *decks, "-o", path, "--quiet", "--steps", "3", *words(settings)).returncode == 0
+    for setting, said in (("joint(1).phi=20", ""), ("joints.cohesion=1", ""), ("joint(9).phi=1", "joint(9)"), ("material(1).E=1", "expected one of"),
+                          ("contact.restitution=0", "expected one of")):
+        done = call("run", "--restart", path, "-o", tmp_path / "on.h5", "--quiet", "--steps", "1", "--set", setting)
+        assert (done.returncode, said in done.stderr) == (2 if said else 0, True), (setting, done.stderr)

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import pty
+import re
 import resource
 import signal
 import struct
@@ -17,6 +18,7 @@ import scree
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 DECK = SOURCE / "input" / "examples" / "toppling" / "toppling.ana"
+SLOPE = SOURCE / "input" / "examples" / "slope" / "slope.ana"
 JOINTS = "&window x=0 60, y=0 60 /\n&joint_set dip=30, spacing=1, length=4, bridge=1 /\n&joint_set dip=100, spacing=1, length=4, bridge=1 /\n"
 
 
@@ -37,17 +39,54 @@ def said_on_a_terminal(columns, *words):
     return said.decode()
 
 
-@pytest.mark.parametrize("columns", [30, 40, 80, 200, 0])
+def lines_of_run(said):
+    """The lines that a run rewrites on a terminal, without the blanks behind them."""
+    return [piece.rstrip() for line in said.splitlines() for piece in line.split("\r") if piece.startswith("left ")]
+
+
+@pytest.mark.parametrize("columns", [30, 40, 80, 120, 200, 0])
 def test_lines_are_no_longer_than_the_terminal_is_wide(columns, tmp_path):
-    """And each says the time that is left to its seconds. A terminal that does not say how wide it is has 80 columns."""
+    """Each begins with the time that is left. A terminal that does not say how wide it is has 80 columns."""
     said = said_on_a_terminal(columns, "run", DECK, "-o", tmp_path / "r.h5", "--set", "step.end_time=1")
-    pieces = [piece for line in said.splitlines() for piece in line.split("\r")]
-    steps = [piece for piece in pieces if piece.startswith("step ") or piece.startswith("left ")]
-    assert steps and all(step.rstrip()[-7:].replace(":", "").isdigit() for step in steps), steps
-    assert max(len(piece) for piece in pieces if str(tmp_path) not in piece) < (columns or 80)
+    steps = lines_of_run(said)
+    assert steps and all(re.match(r"left (\d+:\d\d:\d\d|\?)  \d+ %", step) for step in steps), steps
+    assert steps[-1].startswith("left 0:00:00  100 %")
+    facts = {30: "", 40: "  time 1 of 1", 80: "  time 1 of 1  step 200  moving 5 of 5  dt 0.005"}
+    assert steps[-1].removeprefix("left 0:00:00  100 %").partition("  iterations")[0] == facts.get(columns or 80, facts[80])
+    assert max(len(piece) for line in said.splitlines() for piece in line.split("\r") if str(tmp_path) not in piece) < (columns or 80)
     log = scree.call("run", DECK, "-o", tmp_path / "r.h5", "--set", "step.end_time=1").stdout.splitlines()
-    whole = [line for line in log if not line.startswith(("step ", "time: "))]  # of the others the clock is a part
+    whole = [line for line in log if not line.startswith(("left ", "time: "))]  # of the others the clock is a part
     assert len(whole) > 8 and all(line in " ".join(said.split()) for line in whole)
+
+
+def test_a_log_has_a_line_for_each_tenth_of_the_run(tmp_path):
+    """Of all stages together, and of a part that --restart goes on with. Shares never fall."""
+    stages = SOURCE / "tests" / "data" / "stages" / "stages.ana"
+    for words in (["run", DECK, "--set", "step.end_time=1"], ["run", stages]):
+        log = scree.call(*words, "-o", tmp_path / "r.h5").stdout.splitlines()
+        shares = [int(line.split()[2]) for line in log if line.startswith("left ")]
+        assert shares == sorted(shares) and shares[-1] == 100 and 3 <= len(shares) <= 11, log
+    scree.call("run", DECK, "-o", tmp_path / "r.h5", "--steps", "95", "--set", "step.end_time=1")
+    log = scree.call("run", "--restart", tmp_path / "r.h5").stdout.splitlines()
+    assert [int(line.split()[2]) // 10 for line in log if line.startswith("left ")] == [5, 6, 7, 8, 9, 10]
+
+
+def test_a_static_run_says_its_unbalanced_force_and_which_blocks_move(tmp_path):
+    said = said_on_a_terminal(40, "run", SLOPE, "-o", tmp_path / "r.h5")
+    last, r = lines_of_run(said)[-1], scree.read(tmp_path / "r.h5")
+    found = re.fullmatch(r"left 0:00:00  100 %  unbalanced (\S+)", last)
+    assert found and float(found[1]) == pytest.approx(r.history.unbalanced[-1], rel=0.05)
+    log = [line for line in scree.call("run", SLOPE, "-o", tmp_path / "r.h5").stdout.splitlines() if line.startswith("left ")]
+    assert all(re.search(r"%  unbalanced \S+  step \d+  moving \d+ of \d+  iterations \d+$", line) for line in log), log
+    moving = [int(re.search(r"moving (\d+)", line)[1]) for line in log]
+    assert moving[0] > 0 and moving[-1] == 0
+
+
+def test_moving_blocks_are_those_not_at_rest(tmp_path):
+    """A rock that falls, and comes to rest."""
+    log = scree.call("run", SOURCE / "input" / "examples" / "rockfall" / "rockfall.ana", "-o", tmp_path / "r.h5").stdout.splitlines()
+    moving = [re.search(r"moving (\d of \d)", line)[1] for line in log if line.startswith("left ")]
+    assert moving[0] == "1 of 1" and moving[-1] == "0 of 1", moving
 
 
 @pytest.mark.parametrize("words", [["run", DECK, "--quiet", "--summary", "json"], ["run", DECK]])

@@ -40,6 +40,18 @@ def test_every_folder_of_examples_has_a_deck_of_its_name():
     assert len(SCENES) >= 9 + len(PAGES) and {"tutorial", "step-size", "when-a-run-stops"} <= PAGES
 
 
+SCRIPTS = {name: scene.script for name, scene in SCENES.items() if name not in PAGES and scene.script is not None}
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_a_scene_in_python_is_short(name):
+    """At most 30 lines, and scree and pictures alone are imported beside Python itself."""
+    code = [line for line in SCRIPTS[name].splitlines() if line.strip()]
+    imported = {line.split()[1].split(".")[0] for line in code if line.startswith(("import ", "from "))}
+    assert len(code) <= 30 and imported <= {"scree", "matplotlib", "math"}
+    assert SCENES[name].pictures and max(map(len, code)) <= 150
+
+
 def test_the_slope_is_that_of_its_joint_sets(tmp_path):
     folder = gallery.EXAMPLES / "slope"
     assert scree.call("joints", "slope.joints", "-o", tmp_path / "slope.geo", cwd=folder).returncode == 0

@@ -2,6 +2,7 @@
 import math
 import os
 import pathlib
+import re
 
 import h5py
 import numpy as np
@@ -297,6 +298,49 @@ def test_functions_of_the_tools(tmp_path):
     assert scree.report(r).read_text().startswith("<!DOCTYPE html>") and scree.report(r) == tmp_path / "i.html"
     rows = scree.study(m, grid={"joint(plane).phi": [10, 40]}, set={"output.every": 10}, folder=tmp_path / "study", jobs=1)
     assert [row["joint(plane).phi"] for row in rows] == ["10", "40"] and rows[0]["displacement.largest"] > 10 * rows[1]["displacement.largest"]
+
+
+def test_a_run_is_looked_at_and_changed_on_its_way(tmp_path):
+    """A block stands on a plane of 30 degrees until its friction goes to 20 degrees after half a second, and then slides by a t^2/2."""
+    m, looks = incline(30, 40), []
+    m.dynamic(time=1, size=0.01)
+
+    def look(r):
+        looks.append((r.history.time[-1], r.joint("plane").slip.max()))
+        return {"joint(plane).phi": 20} if len(looks) == 2 else None
+
+    r = m.run(tmp_path / "i.h5", each=look, every=25)
+    assert [time for time, _ in looks] == pytest.approx([0.25, 0.5, 0.75]) and looks[1][1] < 1e-5 and r.scene.status == "complete"
+    pull = 9.81 * (math.sin(math.radians(30)) - math.cos(math.radians(30)) * math.tan(math.radians(20)))
+    for slip, time in ((looks[2][1], 0.25), (r.joint("plane").slip.max(), 0.5)):
+        assert slip == pytest.approx(pull * time ** 2 / 2, rel=5e-3)
+
+
+def test_a_look_may_end_a_run(tmp_path):
+    m = incline(30, 20)
+    m.dynamic(time=1, size=0.01)
+    r = m.run(tmp_path / "i.h5", each=lambda r: r.joint("plane").slip.max() < 0.1, every=10)
+    pull = 9.81 * (math.sin(math.radians(30)) - math.cos(math.radians(30)) * math.tan(math.radians(20)))
+    ends = math.ceil(math.sqrt(2 * 0.1 / pull) / 0.1) / 10
+    assert r.scene.status == "paused" and r.times[-1] == pytest.approx(ends)
+    with pytest.raises(scree.ScreeError, match=r"run\(each=\): expected a function that returns None, False or values"):
+        m.run(tmp_path / "j.h5", each=lambda r: "go on", every=10)
+    with pytest.raises(scree.ScreeError, match=r"run\(every=\): expected a whole number from 1, found 0"):
+        m.run(tmp_path / "j.h5", each=lambda r: None, every=0)
+
+
+def test_progress_is_one_line_that_goes_again(tmp_path, capsys):
+    m = incline(30, 20)
+    m.dynamic(time=2, size=0.001)
+    m.run(tmp_path / "i.h5", progress=True)
+    said = capsys.readouterr().out
+    lines = [line.rstrip() for line in said.split("\r") if line.strip()]
+    assert "\n" not in said and len(lines) > 1 and all(re.match(r"left (\d+:\d\d:\d\d|\?)  \d+ %", line) for line in lines)
+    assert lines[-1].startswith("left 0:00:00  100 %") and said.endswith(" \r")
+    m.run(tmp_path / "i.h5")
+    assert capsys.readouterr().out == ""
+    with pytest.raises(scree.RunFailed, match="step.sense"):
+        m.run(tmp_path / "i.h5", set={"step.sense": 1}, progress=True)
 
 
 def mixed():

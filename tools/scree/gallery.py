@@ -3,7 +3,8 @@
     tools/gallery [NAME ...] [--write] [--keep FOLDER] [--jobs N] [--scree PROGRAM]
 
 A name is that of an example, or of a page with commands, such as tutorial; without any name all are run. An example is an
-analysis deck whose opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect:
+analysis deck whose opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect.
+Or it is a script of Python with a docstring that says this, without commands. Numbers are
 
     history/rotation[-1, 2] = 1.5708 within 0.001: why        of the results of the deck; `largest` for an index: the largest there
     factor of safety = 1.1984 within 0.5 %: why               what the commands print after these words
@@ -13,8 +14,10 @@ print (a script that quotes nothing is not run): its lines are found in that ord
 else. They run in a folder of their own, with the folders of the tree in it. --write makes doc/gallery.md of the examples, and puts
 the pictures that examples and pages make into doc/pictures. Exit status 1 where a number is off, or a command fails.
 """
+import ast
 import concurrent.futures
 import dataclasses
+import itertools
 import math
 import os
 import pathlib
@@ -36,7 +39,8 @@ EXAMPLES, DOC = TREE / "input" / "examples", TREE / "doc"
 PICTURES = DOC / "pictures"
 INTRODUCTION = """# Gallery
 
-The scenes of `input/examples`, with their commands for the folder of scree. `tools/gallery` runs them and compares with the expected numbers.
+The scenes of `input/examples`, with their commands for the folder of scree. Those in Python run with
+`PYTHONPATH=tools python3 input/examples/NAME/NAME.py`. `tools/gallery` runs all of them and compares with the expected numbers.
 """
 EXPECTED = re.compile(r"(?P<what>.+?) = (?P<value>\S+) within (?P<within>\S+?)(?P<share> %)?: (?P<why>.+)")
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
@@ -76,20 +80,16 @@ class Outcome:
 
 @dataclasses.dataclass
 class Example:
-    """An analysis deck with an opening comment: its paragraphs, of which those that are indented hold commands or formulas, and the
-    numbers that it expects. ScreeError where the comment says no command, or its expectations cannot be read."""
+    """An analysis deck with an opening comment, or a script of Python with a docstring: its paragraphs, of which those that are indented
+    hold commands or formulas, and the numbers that it expects. ScreeError where a comment says no command, or the expectations cannot be
+    read."""
 
     deck: pathlib.Path
     paragraphs: list = dataclasses.field(default_factory=list)
     expected: list = dataclasses.field(default_factory=list)
 
     def __post_init__(self):
-        lines = []
-        for line in self.deck.read_text().splitlines():
-            if not line.startswith("!"):
-                break
-            lines.append(line[1:].removeprefix(" "))
-        text, _, after = "\n".join(lines).partition("Expect:\n")
+        text, _, after = self.opening().partition("Expect:\n")
         self.paragraphs = [part.strip("\n") for part in re.split(r"\n\s*\n", text) if part.strip()]
         for line in filter(str.strip, after.splitlines()):
             found = EXPECTED.fullmatch(line.strip())
@@ -101,26 +101,42 @@ class Example:
         if not self.commands or not self.expected:
             raise ScreeError(f"{self.deck}: expected commands and numbers in its opening comment, found none")
 
+    def opening(self):
+        """The opening comment of the deck, or the docstring of the script."""
+        text = self.deck.read_text()
+        if self.script is not None:
+            return ast.get_docstring(ast.parse(text)) or ""
+        comment = itertools.takewhile(lambda line: line.startswith("!"), text.splitlines())
+        return "\n".join(line[1:].removeprefix(" ") for line in comment)
+
     @property
     def name(self):
         return self.deck.stem
 
     @property
+    def script(self):
+        """The lines of a script below its docstring; None of a deck."""
+        return self.deck.read_text().split('"""\n', 1)[-1] if self.deck.suffix == ".py" else None
+
+    @property
     def commands(self):
+        """What is given to run the example, and the interpreters."""
+        if self.script is not None:
+            return [(self.deck.read_text(), INTERPRETERS["python"])]
         lines = [line.removeprefix(INDENT) for part in self.paragraphs if part.startswith(INDENT) for line in part.splitlines()]
-        return [line for line in lines if line.startswith(("build/", "tools/"))]
+        return [(line, INTERPRETERS["sh"]) for line in lines if line.startswith(("build/", "tools/"))]
 
     @property
     def pictures(self):
-        return [f"{self.name}.png"]
+        return re.findall(r'savefig\("(.*?)"', self.script) if self.script is not None else [f"{self.name}.png"]
 
     def run(self, folder):
         """Gives the commands in a folder; the outcome of each number."""
         said = []
-        for command in self.commands:
-            status, output = give(command, folder)
+        for command, interpreter in self.commands:
+            status, output = give(command, folder, interpreter)
             if status:
-                return [Outcome(self.name, command, wrong=how_it_failed(status, output))]
+                return [Outcome(self.name, command.splitlines()[0], wrong=how_it_failed(status, output))]
             said.append(output)
         return [Outcome(self.name, one.what, one.value, self.number(one.what, folder, "\n".join(said)), one.within)
                 for one in self.expected]
@@ -141,8 +157,12 @@ class Example:
 
     def markdown(self):
         """The section of the example in doc/gallery.md."""
-        lines = [f"## {self.name}", "", *(line for part in self.paragraphs for line in (part, "")),
-                 f"![The example {self.name}](pictures/{self.name}.png)", "", "| expected | | |", "|---|---|---|"]
+        lines = [f"## {self.name}", "", *(line for part in self.paragraphs for line in (part, ""))]
+        if self.script is not None:
+            lines += [f"```python\n{self.script.strip()}\n```", ""]
+        for picture in self.pictures:
+            lines += [f"![The example {self.name}](pictures/{picture})", ""]
+        lines += ["| expected | | |", "|---|---|---|"]
         lines += [f"| `{one.what}` | {one.value:.6g} | {one.why} |" for one in self.expected]
         return "\n".join(lines) + "\n"
 
@@ -219,7 +239,9 @@ def pages():
 
 def known():
     """All examples and pages, by name."""
-    scenes = [Example(EXAMPLES / folder.name / f"{folder.name}.ana") for folder in sorted(EXAMPLES.iterdir())] + pages()
+    folders = sorted(EXAMPLES.iterdir())
+    decks = [next(folder / f"{folder.name}{ending}" for ending in (".ana", ".py") if (folder / f"{folder.name}{ending}").exists()) for folder in folders]
+    scenes = [Example(deck) for deck in decks] + pages()
     return {scene.name: scene for scene in scenes}
 
 

@@ -13,12 +13,16 @@ import tempfile
 import time
 import typing
 import urllib.parse
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from .errors import ProgramMissing, RunFailed, ScreeError
 from .results import Results, read
+from .terminal import showing_progress
 
 StrPath = str | os.PathLike
+Look = Callable[[Results], Mapping[str, typing.Any] | bool | None]  # at a run as it goes
+
+PAUSED = "paused"  # status of a run that --steps has ended
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 BUILT = TREE / "build" / "release" / "bin" / "scree"
@@ -108,17 +112,45 @@ def as_word(value: typing.Any) -> str:
 
 
 def run(*decks: StrPath, output: StrPath | None = None, set: Mapping[str, typing.Any] | None = None, settings: Iterable[str] = (),
-        words: Iterable[str] = (), path: StrPath | None = None, **options: typing.Any) -> Results:
+        words: Iterable[str] = (), path: StrPath | None = None, progress: bool = False, each: Look | None = None, every: int = 100,
+        **options: typing.Any) -> Results:
     """Runs decks (an analysis; or a geometry and an analysis) and returns their Results; raises RunFailed with the program's words.
 
     `output` is the results file, by default beside the analysis; `set` has values by name, such as {"step.size": 0.01,
     "joint(1).phi": 30, "water.table": [0, 4, 20, 6]}; `settings` are the same as texts, "step.size=0.01"; `words` are more words of
     the command line, `path` is another program, options are those of subprocess.run.
+
+    `progress` shows a line with the time that is left, in a notebook too. `each` is called after every so many steps with the results
+    so far. It returns None or True for the run to go on, False to end it, or values by name with which it goes on: those that `--restart` may
+    change (doc/running.md). Each call costs a restart: the run pauses, and goes on in a new process from its checkpoint.
     """
-    output = pathlib.Path(output or pathlib.Path(decks[-1]).with_suffix(".h5"))
-    given = [*settings, *(f"{name}={as_word(value)}" for name, value in (set or {}).items())]
-    done_or_failed(call("run", *decks, "-o", output, "--quiet", *with_settings(given), *words, path=path, **options))
-    return read(pathlib.Path(options.get("cwd") or ".") / output)
+    output, words = pathlib.Path(output or pathlib.Path(decks[-1]).with_suffix(".h5")), list(words)
+    start: list[StrPath] = ["run", *decks, "-o", output]
+    if each is not None:
+        if not (isinstance(every, numbers.Integral) and every > 0):
+            raise ScreeError(f"run(every=): expected a whole number from 1, found {every!r}")
+        words += ["--steps", str(every)]
+    given = [*settings, *texts_of(set)]
+    while True:
+        with showing_progress(progress) as screen:
+            done_or_failed(subprocess.run([program(path), *start, *with_settings(given), *words, *screen.words], stdout=screen.file,
+                                          stderr=subprocess.PIPE, text=True, **options))
+        results = read(pathlib.Path(options.get("cwd") or ".") / output)
+        if each is None or results.scene.status != PAUSED:
+            return results
+        said = each(results)
+        changed = said if isinstance(said, Mapping) else {}
+        if said is not None and said is not changed:
+            if said not in (True, False):  # also those of numpy
+                raise ScreeError(f"run(each=): expected a function that returns None, False or values by name, found {said!r}")
+            if not said:
+                return results
+        start, given = ["run", "--restart", output], texts_of(changed)
+
+
+def texts_of(set: Mapping[str, typing.Any] | None) -> list[str]:
+    """Values by name as texts, such as step.size=0.01."""
+    return [f"{name}={as_word(value)}" for name, value in (set or {}).items()]
 
 
 def cut(*decks: StrPath, output: StrPath, path: StrPath | None = None, **options: typing.Any) -> pathlib.Path:

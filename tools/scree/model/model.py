@@ -11,7 +11,7 @@ import typing
 from collections.abc import Mapping
 
 from ..errors import ModelError
-from ..program import StrPath, call, done_or_failed, run
+from ..program import Look, StrPath, call, done_or_failed, run
 from ..records import NAME_FILES
 from ..results import Results
 from .geometry import Blocks, Geometry, Lines, read_geometry
@@ -228,13 +228,23 @@ class Model(Holding):
             done = done_or_failed(call("check", deck.name, cwd=folder))
         return (done.stdout + done.stderr).strip()
 
-    def run(self, output: StrPath | None = None, set: Mapping[str, typing.Any] | None = None, **options: typing.Any) -> Results:
+    def run(self, output: StrPath | None = None, set: Mapping[str, typing.Any] | None = None, each: Look | None = None,
+            **options: typing.Any) -> Results:
         """Writes the decks, runs them and returns the results, as `scree.run` does with the same options. `output` is the results file,
-        by default that of the name of the model here; the decks stand beside it. `set` has values by name, such as
-        {"joint(bedding).phi": 30}."""
+        by default that of the name of the model here; the decks stand beside it. `set`, and what `each` returns, has values by name,
+        such as {"joint(bedding).phi": 30}."""
         output = pathlib.Path(output or f"{self.name}.h5")
-        given = {self.numbered(name): value for name, value in (set or {}).items()}
-        return run(self.save(output.with_suffix(".ana")), output=output, set=given, **options)
+
+        def look(results: Results) -> Mapping[str, typing.Any] | bool | None:
+            said = each(results) if each else None
+            return self._with_numbers(said) if isinstance(said, Mapping) else said
+
+        return run(self.save(output.with_suffix(".ana")), output=output, set=self._with_numbers(set or {}), each=look if each else None,
+                   **options)
+
+    def _with_numbers(self, values: Mapping[str, typing.Any]) -> dict[str, typing.Any]:
+        """Values by name, with numbers of materials in place of their names."""
+        return {self.numbered(name): value for name, value in values.items()}
 
     def numbered(self, name: str) -> str:
         """A name for `--set` with numbers of materials in place of their names, as joint(1).phi of joint(bedding).phi."""
