@@ -18,11 +18,12 @@ The names are those of the file, which doc/results.md explains; `dir(r.history)`
 variable SCREE, else that of build/release.
 """
 from .errors import ModelError, ProgramMissing, ResultsError, RunFailed, ScreeError
+from .ground_motion import Spectrum, response_spectrum
 from .model import Model, arc
 from .program import Runner, call, cut, program, run, version
 from .results import Contacts, Group, Results, read
 from .verbs import FactorOfSafety, film, fs, plot, report, rockfall, study
 
 __all__ = ["Contacts", "FactorOfSafety", "Group", "Model", "ModelError", "ProgramMissing", "Results", "ResultsError", "RunFailed", "Runner",
-           "ScreeError", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "rockfall", "run", "study",
-           "version"]
+           "ScreeError", "Spectrum", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "response_spectrum", "rockfall",
+           "run", "study", "version"]
