@@ -14,6 +14,7 @@ module scree_simulation
   use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
+  use scree_growth, only: cut_by_cracks, grow_cracks
   use scree_forecast, only: enough, note_step, probe_t
   use scree_next_stage, only: set_up_next
   use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, tell, tell_whole, warn
@@ -22,14 +23,14 @@ module scree_simulation
   use scree_results_target, only: check_targets
   use scree_run_records, only: note_kinds
   use scree_run_summary, only: add_step, begin_stage, begin_summary, end_stage, sum_up, summary_t
-  use scree_run_output, only: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
+  use scree_run_output, only: begin_output, change_layout, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
   use scree_scene, only: effect_t, kind_of, order_text, run_options_t, scene_of_stage, scene_t, scheme_central_difference
   use scree_set_up, only: set_up
   use scree_shi_control, only: first_size, following_size
   use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
-  use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
-  use scree_step_control, only: after_step, at_end, frame_due, is_settled, next_size, share_done
+  use scree_state, only: cracks_t, stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_step_control, only: after_step, at_end, frame_due, has_no_step, is_settled, next_size, share_done
   use scree_step_progress, only: share_of_stage, show_step
   use scree_summary_words, only: ending_t, json_of, lines_of, warning_of_blows, warning_of_error, warning_of_swings
   use scree_text, only: number_text, rounded_text, text_t
@@ -47,6 +48,8 @@ module scree_simulation
   !> A run as it goes.
   type :: run_t
     type(scene_t) :: scene               !! of the stage
+    type(blocks_t) :: blocks             !! as cracks have cut them
+    integer :: n_drawn = 0               !! blocks of the decks
     integer :: n_stages = 1
     type(model_t) :: model               !! likewise
     type(model_t), allocatable :: awake  !! the model in which what sleeps cannot move
@@ -80,6 +83,8 @@ contains
     type(run_t) :: run
     type(past_run_t) :: past
     type(state_t) :: first
+    type(model_t) :: drawn               ! before any crack grew
+    integer :: e
     type(effect_t), allocatable :: list(:)
 
     call check_targets(options%results_path, options%with_xdmf, options%with_classic, error)
@@ -96,9 +101,14 @@ contains
       return
     end if
     first = run%state
+    drawn = run%model
     if (len(options%restart_path) > 0) then
-      call take_past(past, run%scene, run%n_stages, run%model, run%state, run%watch, error)
-      if (allocated(error)) return
+      if (allocated(past%cracks)) call prepare_cut(past%cracks, run, error)
+      if (.not. allocated(error)) call take_past(past, run%scene, run%n_stages, drawn, run%state, run%watch, error)
+      if (allocated(error)) then
+        call leave_past(past)
+        return
+      end if
       call take_supports(run%state, run%model)
       call rebuild_cache(run%model, run%state, run%cache)
       run%progress%from = (run%state%stage%number - 1 + share_of_stage(run%scene%settings, run%state))/run%n_stages
@@ -110,10 +120,11 @@ contains
     if (options%runs) call tell_largest_step(run)
     call heed_signals()
     call begin_phase(run%cache%timers, phase_frames)
-    call begin_output(options, scene, list, run%model, first, run%watch, run%output, error)
+    call begin_output(options, scene, list, drawn, first, run%watch, run%output, error)
     if (.not. allocated(error)) then
       if (len(options%restart_path) > 0) then
         call resume_output(past, run%state, run%watch, run%output, error)
+        if (allocated(past%cracks)) call change_layout(run%output, run%model, [(e, e=1, run%model%n_elements)], .true.)
       else
         call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
       end if
@@ -128,7 +139,7 @@ contains
     if (present(probe)) run%probe = probe
     run%threads = options%threads
     if (options%steps > 0) run%last_step = step_of_run(run%state) + options%steps
-    if (options%runs .and. .not. allocated(error)) call run_stages(scene, blocks, run, error)
+    if (options%runs .and. .not. allocated(error)) call run_stages(scene, run, error)
 
     call release_equations(run%cache%equations)
     call end_progress(run%progress)
@@ -260,6 +271,8 @@ contains
     integer :: k
 
     run%scene = scene_of_stage(scene, stage%number, stage%begins)
+    run%blocks = blocks
+    run%n_drawn = size(blocks%material)
     call set_up(run%scene, blocks, run%model, run%state, list, error)
     if (allocated(error)) return
     call note_kinds(run%model, run%output%kinds)
@@ -277,6 +290,19 @@ contains
     if (allocated(error)) return
     call begin_steps(run, error)
   end subroutine prepare
+
+  !> Makes the model that cracks have cut, of a run that is gone on with.
+  subroutine prepare_cut(cracks, run, error)
+    type(cracks_t), intent(in) :: cracks
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(out) :: error
+    type(effect_t), allocatable :: list(:)
+
+    call cut_by_cracks(cracks, run%blocks, error)
+    if (allocated(error)) return
+    call set_up(run%scene, run%blocks, run%model, run%state, list, error)
+    if (.not. allocated(error)) call begin_steps(run, error)
+  end subroutine prepare_cut
 
   !> Begins the steps of a stage.
   subroutine begin_steps(run, error)
@@ -313,9 +339,8 @@ contains
   end subroutine tell_largest_step
 
   !> The stages, from the one that the state is in. A stage that asks for equilibrium and does not reach it ends the run.
-  subroutine run_stages(scene, blocks, run, error)
+  subroutine run_stages(scene, run, error)
     type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
 
@@ -327,7 +352,7 @@ contains
       call run_steps(run, error)
       if (allocated(error) .or. run%state%stage%number == run%n_stages .or. pauses(run)) exit
       if (.not. (at_end(run%scene%settings, run%state) .and. is_settled(run%scene%settings, run%state))) exit
-      call begin_next_stage(scene, blocks, run, error)
+      call begin_next_stage(scene, run, error)
       if (allocated(error)) exit
     end do
   end subroutine run_stages
@@ -341,9 +366,8 @@ contains
   end subroutine tell_stage
 
   !> Goes over to the next stage: its model, and the state that goes on in it.
-  subroutine begin_next_stage(scene, blocks, run, error)
+  subroutine begin_next_stage(scene, run, error)
     type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
     type(scene_t) :: next
@@ -353,7 +377,7 @@ contains
 
     call begin_phase(run%cache%timers, phase_set_up)
     next = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
-    call set_up_next(next, blocks, run%model, run%state, run%cache, model, state, said, error)
+    call set_up_next(next, run%blocks, run%model, run%state, run%cache, model, state, said, error)
     if (allocated(error)) return
     call warn_of_loose(run)
     call end_stage(words_of_stage(run), verdict_of(run), run%model, run%state, run%summary)
@@ -404,11 +428,13 @@ contains
     type(error_t), allocatable :: frame_error
 
     run%model%settings%threads = run%threads
-    do while (.not. (allocated(error) .or. at_end(run%scene%settings, run%state) .or. pauses(run)) .and. stop_signal() == 0)
+    do while (.not. (allocated(error) .or. has_no_step(run%scene%settings, run%state) .or. pauses(run)) .and. stop_signal() == 0)
       if (allocated(run%probe)) then
         call note_step(share_of_run(run), run%probe)
         if (enough(run%probe)) return
       end if
+      call let_cracks_grow(run, error)
+      if (allocated(error) .or. at_end(run%scene%settings, run%state)) exit
       call run_step(run, error)
     end do
     if (allocated(run%probe)) then
@@ -429,6 +455,21 @@ contains
 
     pauses = step_of_run(run%state) >= run%last_step
   end function pauses
+
+  !> Lets cracks grow before a step. They do by the state alone, so a run that goes on from there does the same.
+  subroutine let_cracks_grow(run, error)
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: parent(:)
+
+    if (.not. run%model%settings%cracks_may_grow()) return
+    call begin_phase(run%cache%timers, phase_set_up)
+    call grow_cracks(run%scene, run%n_drawn, run%blocks, run%model, run%cache, run%state, run%watch, run%progress, parent, error)
+    if (allocated(parent) .and. allocated(run%awake)) deallocate (run%awake)
+    if (allocated(error)) error%message = reached(run%state)//error%message
+    if (allocated(parent) .and. .not. allocated(error)) call change_layout(run%output, run%model, parent, .false.)
+    call begin_phase(run%cache%timers, phase_other)
+  end subroutine let_cracks_grow
 
   !> Fraction of a run that is done, its stages taken for equally long.
   pure real(dp) function share_of_run(run) result(share)

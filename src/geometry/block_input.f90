@@ -39,6 +39,7 @@ module scree_block_input
     integer :: n_joined = 0                    !! that were too small and joined a neighbour
     type(boundary_t) :: boundary
     integer, allocatable :: material(:)        !! (n_blocks)
+    integer, allocatable :: drawn(:)           !! (n_blocks) block of the decks that it is, or that it has broken off
     integer, allocatable :: line(:)            !! (n_blocks) of the block file, where the outline begins; 0: cut from lines
     integer, allocatable :: point_kind(:)      !! (n_points) fixed, load, measured, ends of bolts: in this order
     real(dp), allocatable :: point(:, :)       !! (2, n_points), length
@@ -110,6 +111,7 @@ contains
     blocks%point_kind = points%kind(:points%n)
     blocks%point_block = points%block(:points%n)
     blocks%point = points%position(:, :points%n)
+    blocks%drawn = [(i, i=1, size(blocks%material))]
   end subroutine find_blocks
 
   !> Area, centroid and second moments of a block; the centroid from the origin of the blocks.

@@ -3,6 +3,7 @@ module scree_face_cutting
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: blocks_t
   use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
+  use scree_crack_cutting, only: lines_of_blocks
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_line_cutting, only: cut_lines, graph_t
@@ -10,7 +11,8 @@ module scree_face_cutting
   use scree_mathematical_mesh, only: between_triangles, mesh_edges, mesh_regions, shortest_edge
   use scree_mesh, only: mesh_t
   use scree_polygon, only: inner_place
-  use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t
+  use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t, &
+                           take_regions
   use scree_sets, only: root_of, unite
   use scree_simplex_integration, only: moments_t, polygon_moments
   use scree_sorting, only: sort_by
@@ -84,27 +86,16 @@ contains
     type(mesh_t), intent(in) :: mesh
     real(dp), allocatable, intent(out) :: ends(:, :, :)    !! (xy, end, n), length
     integer, allocatable, intent(out) :: joint(:)          !! (n) their materials, 0 of the mesh
-    real(dp), allocatable :: node(:, :)
-    integer, allocatable :: edge(:, :)
-    integer :: i, k, n, n_joints, next
+    real(dp), allocatable :: drawn(:, :, :), node(:, :)
+    integer, allocatable :: drawn_joint(:), edge(:, :)
+    integer :: i, n_joints
 
+    call lines_of_blocks(blocks, drawn, drawn_joint)
     edge = mesh_edges(mesh)
-    n_joints = size(blocks%vertex, 2) + size(blocks%crack, 3)
+    n_joints = size(drawn_joint)
     allocate (ends(2, 2, n_joints + size(edge, 2)), joint(n_joints + size(edge, 2)))
-    n = 0
-    associate (shape => blocks%shape)
-      do i = 1, size(shape%first_vertex) - 1
-        do k = shape%first_vertex(i), shape%first_vertex(i + 1) - 1
-          next = k + 1
-          if (next == shape%first_vertex(i + 1)) next = shape%first_vertex(i)
-          n = n + 1
-          ends(:, :, n) = blocks%vertex(:, [k, next])
-          joint(n) = shape%joint(k)
-        end do
-      end do
-    end associate
-    ends(:, :, n + 1:n_joints) = blocks%crack
-    joint(n + 1:n_joints) = blocks%crack_joint
+    ends(:, :, :n_joints) = drawn
+    joint(:n_joints) = drawn_joint
     node = brought_onto(ends(:, :, :n_joints), beside*shortest_edge(mesh), mesh%node)
     do i = 1, size(edge, 2)
       ends(:, :, n_joints + i) = node(:, edge(:, i))
@@ -259,7 +250,8 @@ contains
     integer, intent(in) :: order(:)
     type(cut_faces_t), intent(inout) :: faces
     type(cut_faces_t) :: sorted
-    integer :: f, i, n_loops, n_vertices, position(size(order)), vertex(size(faces%vertex, 2))
+    integer :: f, i, position(size(order))
+    integer, allocatable :: vertex(:)
 
     sorted%block = faces%block(order)
     sorted%triangle = faces%triangle(order)
@@ -269,38 +261,10 @@ contains
     do i = 1, size(faces%neighbours, 2)
       sorted%neighbours(:, i) = position(faces%neighbours(:, i))
     end do
-    allocate (sorted%shape%first_loop(size(order) + 1), sorted%shape%first_vertex(size(faces%shape%first_vertex)))
-    n_loops = 0
-    n_vertices = 0
-    do f = 1, size(order)
-      sorted%shape%first_loop(f) = n_loops + 1
-      associate (shape => faces%shape)
-        do i = shape%first_loop(order(f)), shape%first_loop(order(f) + 1) - 1
-          n_loops = n_loops + 1
-          sorted%shape%first_vertex(n_loops) = n_vertices + 1
-          associate (length => shape%first_vertex(i + 1) - shape%first_vertex(i))
-            vertex(n_vertices + 1:n_vertices + length) = indices(shape%first_vertex(i), shape%first_vertex(i + 1) - 1)
-            n_vertices = n_vertices + length
-          end associate
-        end do
-      end associate
-    end do
-    sorted%shape%first_loop(size(order) + 1) = n_loops + 1
-    sorted%shape%first_vertex(n_loops + 1) = n_vertices + 1
-    sorted%shape%joint = faces%shape%joint(vertex)
+    sorted%shape = faces%shape
+    call take_regions(sorted%shape, order, vertex)
     sorted%vertex = faces%vertex(:, vertex)
     faces = sorted
-
-  contains
-
-    !> Whole numbers from one to another.
-    pure function indices(from, to)
-      integer, intent(in) :: from, to
-      integer :: indices(to - from + 1), k
-
-      indices = [(k, k=from, to)]
-    end function indices
-
   end subroutine put_in_order
 
 end module scree_face_cutting

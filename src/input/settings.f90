@@ -45,6 +45,7 @@ contains
     call visit_contact_states(row, scene%settings)
     call visit_materials(row, scene%settings)
     call visit_joints(row, scene%settings)
+    call visit_cracks(row, scene%settings)
     call visit_places(row, largest_modulus(scene), scene%contact_stiffness > 0, scene%settings)
     call visit_ground(row, scene%settings)
     call visit_output(row, scene%settings)
@@ -342,6 +343,20 @@ contains
                              'unit weight of each block material', 'force/length^3', &
                              default='numbers of the deck'), s%unit_weight)
   end subroutine visit_materials
+
+  !> When cracks grow.
+  subroutine visit_cracks(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%reals(setting_t('cracks', 'strength', &
+                             'mean tension before a tip at which it grows in each block material; 0: it does not', &
+                             'force/length^2', 0.0_dp), s%crack_strength)
+    call row%real(setting_t('cracks', 'length', 'radius of the half disc over which that tension is averaged', 'length', &
+                            0.0_dp, open=.true.), s%crack_length)
+    call row%whole(setting_t('cracks', 'parts', 'blocks that may break off; the results have room for them', '1', 0.0_dp, 1e6_dp, &
+                             default='8 where cracks may grow'), s%crack_parts, 8, when=s%cracks_may_grow())
+  end subroutine visit_cracks
 
   !> Settings of joint materials, beside their row of the deck.
   subroutine visit_joints(row, s)

@@ -9,12 +9,12 @@ module scree_checkpoint
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
-  use scree_state, only: bolt_memory_t, books_t, deviation_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
+  use scree_state, only: bolt_memory_t, books_t, cracks_t, deviation_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
                          step_of_run
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: checkpoints_t, components_of, declare_checkpoints, put_checkpoint, stage_in_checkpoint, take_checkpoint
+  public :: checkpoints_t, components_of, declare_checkpoints, put_checkpoint, take_beginning, take_checkpoint
 
   !> Handles of the series, a row a checkpoint each but for the numbers.
   type :: checkpoints_t
@@ -84,12 +84,17 @@ contains
     whole = archive%n == size(numbers) .and. .not. archive%damaged
   end function take_checkpoint
 
-  !> The stage of a checkpoint, with which its numbers begin.
-  pure type(stage_clock_t) function stage_in_checkpoint(numbers) result(stage)
+  !> What of a checkpoint makes the model: its stage, and how cracks have grown. Its numbers begin with them.
+  subroutine take_beginning(numbers, stage, cracks)
     real(dp), intent(in) :: numbers(:)
+    type(stage_clock_t), intent(out) :: stage
+    type(cracks_t), allocatable, intent(out) :: cracks
+    type(archive_t) :: archive
 
-    if (size(numbers) >= 3) stage = stage_clock_t(nint(numbers(1)), nint(numbers(2)), numbers(3))
-  end function stage_in_checkpoint
+    archive%reading = .true.
+    archive%number = numbers
+    call visit_beginning(archive, stage, cracks)
+  end subroutine take_beginning
 
   !> Names of all components of a checkpoint, in their order: what this program writes and reads.
   function components_of(state, watch) result(names)
@@ -121,9 +126,7 @@ contains
     type(state_t), intent(inout) :: state
     type(watch_t), intent(inout) :: watch
 
-    call archive%part('stage%number', state%stage%number)
-    call archive%part('stage%steps', state%stage%steps)
-    call archive%part('stage%begins', state%stage%begins)
+    call visit_beginning(archive, state%stage, state%cracks)
     call archive%part('time', state%time)
     call archive%part('step', state%step)
     call archive%part('pace%size', state%pace%size)
@@ -266,6 +269,32 @@ contains
     call archive%part('contacts%count', memory%count)
     call visit_list(archive, memory%contact)
   end subroutine visit_contacts
+
+  !> What the model is made with.
+  subroutine visit_beginning(archive, stage, cracks)
+    type(archive_t), intent(inout) :: archive
+    type(stage_clock_t), intent(inout) :: stage
+    type(cracks_t), allocatable, intent(inout) :: cracks
+
+    call archive%part('stage%number', stage%number)
+    call archive%part('stage%steps', stage%steps)
+    call archive%part('stage%begins', stage%begins)
+    call visit_cracks(archive, cracks)
+  end subroutine visit_beginning
+
+  !> How cracks have grown, where they have.
+  subroutine visit_cracks(archive, cracks)
+    type(archive_t), intent(inout) :: archive
+    type(cracks_t), allocatable, intent(inout) :: cracks
+    type(cracks_t), allocatable :: own
+
+    if (allocated(cracks)) own = cracks
+    if (.not. allocated(own)) allocate (own)
+    call archive%array('cracks%piece', own%piece)
+    call archive%array('cracks%joint', own%joint)
+    call archive%array('cracks%time', own%time)
+    if (archive%reading .and. allocated(own%piece)) call move_alloc(own, cracks)
+  end subroutine visit_cracks
 
   !> Memory of bolts, where there are any.
   subroutine visit_bolts(archive, bolts)

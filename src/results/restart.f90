@@ -4,7 +4,7 @@
 !> of the old one. So a results file is always that of one run, and there is always one to go on from.
 module scree_restart
   use hdf5, only: h5iget_name_f, hid_t, hsize_t, size_t
-  use scree_checkpoint, only: components_of, put_checkpoint, stage_in_checkpoint, take_checkpoint
+  use scree_checkpoint, only: components_of, put_checkpoint, take_beginning, take_checkpoint
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_file_lock, only: is_locked
   use scree_hdf5_reading, only: close_for_reading, count_rows, open_for_reading, read_attribute, read_count, read_rows, read_words
@@ -17,8 +17,8 @@ module scree_restart
   use scree_scene, only: scene_t
   use scree_stages, only: end_of_stage_prefix
   use scree_sleep, only: wake_all
-  use scree_state, only: stage_clock_t, state_t, step_of_run, time_of_run
-  use scree_step_control, only: at_end, is_settled, resume_pace
+  use scree_state, only: cracks_t, stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_step_control, only: at_end, has_no_step, is_settled, resume_pace
   use scree_text, only: number_text, rounded_text, text_t
   use scree_watch, only: watch_t
   use scree_xdmf, only: add_xdmf_frame
@@ -45,6 +45,7 @@ module scree_restart
     integer(hsize_t), allocatable :: rows(:) !! (n_series) of each series then
     real(dp), allocatable :: numbers(:)   !! of the checkpoint
     type(stage_clock_t) :: stage          !! that it is of
+    type(cracks_t), allocatable :: cracks !! as they had grown
   end type past_run_t
 
 contains
@@ -156,10 +157,11 @@ contains
     type(past_run_t), intent(inout) :: past
     type(scene_t), intent(in) :: scene           !! of the stage
     integer, intent(in) :: n_stages
-    type(model_t), intent(in) :: model
+    type(model_t), intent(in) :: model           !! before any crack grew
     type(state_t), intent(inout) :: state        !! as set up
     type(watch_t), intent(inout) :: watch
     type(error_t), allocatable, intent(out) :: error
+    logical :: goes_on
 
     call compare_model(past, model, error)
     if (.not. allocated(error)) then
@@ -169,7 +171,8 @@ contains
     if (.not. allocated(error)) then
       if (changes_strength(past, scene)) call wake_all(model, state)
       call resume_pace(scene%settings, state)
-      if (at_end(scene%settings, state) .and. .not. (state%stage%number < n_stages .and. is_settled(scene%settings, state))) &
+      goes_on = state%stage%number < n_stages .or. (scene%settings%cracks_may_grow() .and. .not. has_no_step(scene%settings, state))
+      if (at_end(scene%settings, state) .and. .not. (goes_on .and. is_settled(scene%settings, state))) &
         call fail(error, status_bad_input, past%path//': the run has come to its end, at time '// &
         rounded_text(time_of_run(state))//'; to go on beyond the checkpoint give a larger --set step.end_time=... '// &
         'and step.count=...')
@@ -284,7 +287,7 @@ contains
     from = 0
     if (last > 1) from = nint(end_(last - 1), hsize_t)
     past%numbers = read_rows(past%file, '/checkpoint/numbers', from, nint(end_(last), hsize_t) - from)
-    past%stage = stage_in_checkpoint(past%numbers)
+    call take_beginning(past%numbers, past%stage, past%cracks)
   end subroutine read_checkpoint
 
   !> Begins a results file with what there was up to the checkpoint. Errors: a failed write; rows that are not there; other series.

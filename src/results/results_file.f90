@@ -27,9 +27,9 @@ module scree_results_file
   implicit none
   private
 
-  public :: abandon_results, add_frame, close_results, count_frames, declare_series, expect_place_still, layout_t, make_room, &
-            open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, work_row_t, &
-            write_rows, write_where_due
+  public :: abandon_results, add_frame, add_layout, close_results, count_frames, declare_series, expect_place_still, layout_t, &
+            make_room, open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
+            work_row_t, write_rows, write_where_due
 
   integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
@@ -50,9 +50,18 @@ module scree_results_file
     integer, allocatable :: corner(:)       !! one with holes comes to some vertices twice
     integer, allocatable :: block(:)        !! (n_elements)
     integer, allocatable :: material(:)     !! (n_elements)
+    integer, allocatable :: parent(:)       !! (n_elements) element of the layout before that each is part of, where layouts change
+    integer, allocatable :: joint(:)        !! (n_corners) joint material of the edge from each to the next, 0: a line of the mesh
+    logical :: changes = .false.            !! cracks may grow, so that frames have other polygons
     integer :: expected_frames = 1
     integer :: expected_steps = 1
   end type layout_t
+
+  !> What says of which polygons a frame is; where those may change a series each, with rows for each layout.
+  character(len=*), parameter :: layout_parts(10) = [character(len=31) :: '/VTKHDF/NumberOfPoints', '/VTKHDF/NumberOfCells', &
+    '/VTKHDF/NumberOfConnectivityIds', '/VTKHDF/Connectivity', '/VTKHDF/Offsets', '/VTKHDF/Types', '/VTKHDF/CellData/block', &
+    '/VTKHDF/CellData/material', '/elements/joint', '/elements/parent']
+  integer, parameter :: part_corners = 4, part_types = 6, part_block = 7, part_joint = 9, part_parent = 10
 
   !> Numbers of the series of the frames.
   type :: frame_series_t
@@ -60,6 +69,7 @@ module scree_results_file
     integer :: point_field(size(point_fields)) = 0, cell_field(size(cell_fields)) = 0
     integer :: offset(5) = 0                !! parts, number of parts, points, cells, connectivity
     integer :: point_offset(size(point_fields)) = 0, cell_offset(size(cell_fields) + 2) = 0
+    integer :: layout(size(layout_parts)) = 0 !! 0: all frames have the same polygons
     integer :: ghost = 0, ghost_offset = 0  !! which elements are gone; 0: frames have none such
   end type frame_series_t
 
@@ -82,8 +92,7 @@ module scree_results_file
     integer :: n_counted = 0                !! frames that the file counts
     integer(int64) :: written = 0           !! ticks of the clock when rows were written last
     integer(int64) :: looked = 0            !! likewise when the file was last seen in its place
-    integer :: n_vertices = 0
-    integer :: n_elements = 0
+    integer :: n_corners = 0                !! of the polygons of the last frame
     integer :: expected_frames = 1, expected_steps = 1
     type(frame_series_t) :: frame
     type(series_t), allocatable :: series(:)
@@ -109,8 +118,7 @@ contains
 
     results%path = path
     results%name = without_links(path)//'.part'
-    results%n_vertices = layout%n_vertices
-    results%n_elements = size(layout%block)
+    results%n_corners = size(layout%corner)
     results%expected_frames = max(1, layout%expected_frames)
     results%expected_steps = max(1, layout%expected_steps)
     allocate (results%series(32))
@@ -156,15 +164,14 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i, frames
 
-    associate (n_v => results%n_vertices, n_e => results%n_elements, frame => results%frame)
-      call fixed('NumberOfPoints', [real(n_v, dp)])
-      call fixed('NumberOfCells', [real(n_e, dp)])
-      call fixed('NumberOfConnectivityIds', [real(size(layout%corner), dp)])
-      call fixed('Connectivity', real(layout%corner - 1, dp))
-      call fixed('Offsets', real(layout%first - 1, dp))
-      call fixed('Types', [(real(vtk_polygon, dp), i=1, n_e)], byte=.true.)
-      call fixed('CellData/block', real(layout%block, dp))
-      call fixed('CellData/material', real(layout%material, dp))
+    associate (n_v => layout%n_vertices, n_e => size(layout%block), frame => results%frame)
+      do i = 1, size(layout_parts)
+        if (layout%changes) then
+          call grow_part(i, layout_rows(layout, i), frame%layout(i))
+        else if (i /= part_parent) then
+          call fixed(i, layout_rows(layout, i))
+        end if
+      end do
       frames = max(1, min(results%expected_frames, chunk_bytes/(24*n_v)))
       call grow('Points', [3], .false., 'length', 'place of each vertex', n_v*frames, frame%points)
       call grow('PointData/displacement', [3], .false., 'length', 'displacement since the start', n_v*frames, frame%point_field(1))
@@ -195,16 +202,46 @@ contains
 
   contains
 
-    !> Whole numbers that never change.
-    subroutine fixed(name, values, byte)
-      character(len=*), intent(in) :: name
+    !> A part of polygons that never change.
+    subroutine fixed(part, values)
+      integer, intent(in) :: part
       real(dp), intent(in) :: values(:)
-      logical, intent(in), optional :: byte !! of one byte each
 
       if (allocated(error)) return
-      call fixed_rows(results%file, '/VTKHDF/'//name, [integer ::], .true., '', '', values, error, byte)
+      call fixed_rows(results%file, trim(layout_parts(part)), [integer ::], .true., units_of(part), words_of(part), values, error, &
+                      part == part_types)
       call name_file(results, error)
     end subroutine fixed
+
+    !> A part of polygons that may change.
+    subroutine grow_part(part, values, handle)
+      integer, intent(in) :: part
+      real(dp), intent(in) :: values(:)        !! of the first
+      integer, intent(inout) :: handle
+
+      if (.not. allocated(error)) &
+        call make_series(results, trim(layout_parts(part)), [integer ::], .true., units_of(part), words_of(part), &
+                         min(4*size(values), chunk_bytes/8), handle, error, part == part_types)
+    end subroutine grow_part
+
+    !> Unit of a part of the polygons.
+    pure function units_of(part) result(units)
+      integer, intent(in) :: part
+      character(len=:), allocatable :: units
+
+      units = ''
+      if (part == part_joint .or. part == part_parent) units = '1'
+    end function units_of
+
+    !> What a part of the polygons is, where VTK does not say it.
+    pure function words_of(part) result(words)
+      integer, intent(in) :: part
+      character(len=:), allocatable :: words
+
+      words = ''
+      if (part == part_joint) words = 'joint material of the edge from each vertex to the next, 0: a line of the mesh'
+      if (part == part_parent) words = 'element of the layout before that each is part of, from 1'
+    end function words_of
 
     !> Rows that grow with the frames.
     subroutine grow(name, shape, whole, units, description, chunk_rows, handle, byte)
@@ -236,6 +273,50 @@ contains
     end subroutine grow_step
 
   end subroutine make_frames
+
+  !> The rows of a part of the polygons.
+  pure function layout_rows(layout, part) result(rows)
+    type(layout_t), intent(in) :: layout
+    integer, intent(in) :: part              !! of `layout_parts`
+    real(dp), allocatable :: rows(:)
+    integer :: i
+
+    select case (part)
+    case (1)
+      rows = [real(layout%n_vertices, dp)]
+    case (2)
+      rows = [real(size(layout%block), dp)]
+    case (3)
+      rows = [real(size(layout%corner), dp)]
+    case (part_corners)
+      rows = real(layout%corner - 1, dp)
+    case (5)
+      rows = real(layout%first - 1, dp)
+    case (part_types)
+      rows = [(real(vtk_polygon, dp), i=1, size(layout%block))]
+    case (part_block)
+      rows = real(layout%block, dp)
+    case (8)
+      rows = real(layout%material, dp)
+    case (part_joint)
+      rows = real(layout%joint, dp)
+    case default
+      rows = real(layout%parent, dp)
+    end select
+  end function layout_rows
+
+  !> Adds the polygons that frames have from here on, where they may change; they wait in memory.
+  subroutine add_layout(results, layout, error)
+    type(results_t), intent(inout) :: results
+    type(layout_t), intent(in) :: layout
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(layout_parts)
+      call put_series(results, (results%frame%layout(i)), layout_rows(layout, i), error)
+      if (allocated(error)) return
+    end do
+  end subroutine add_layout
 
   !> Makes a series and returns its number. Rows have the given shape as h5py sees it reversed.
   subroutine declare_series(results, path, shape, units, description, handle, error, whole, per_frame, expected_rows)
@@ -308,41 +389,57 @@ contains
     logical, intent(in) :: present(:)                                       !! (n_elements) the others are gone
     type(error_t), allocatable, intent(out) :: error
     integer :: i
-    real(dp) :: n
+    real(dp) :: cells, corners, parts        ! of the layouts before that of the frame
 
     if (.not. (ieee_is_finite(time) .and. all(ieee_is_finite(position)) .and. all(ieee_is_finite(displacement)) .and. &
                all(ieee_is_finite(velocity)) .and. all(ieee_is_finite(stress)))) then
       call fail(error, status_run_failed, 'a number of the frame is not finite')
       return
     end if
-    n = real(results%n_frames, dp)
+    parts = 0.0_dp
+    cells = 0.0_dp
+    corners = 0.0_dp
     associate (frame => results%frame)
+      if (frame%layout(1) > 0) then
+        parts = rows_before(frame%layout(1)) - 1
+        cells = rows_before(frame%layout(part_block)) - size(present)
+        corners = rows_before(frame%layout(part_corners)) - results%n_corners
+      end if
+      do i = 1, size(point_fields)
+        call put(frame%point_offset(i), [rows_before(frame%point_field(i))])
+      end do
+      do i = 1, size(cell_fields)
+        call put(frame%cell_offset(i), [rows_before(frame%cell_field(i))])
+      end do
+      call put(frame%cell_offset(size(cell_fields) + 1), [cells])
+      call put(frame%cell_offset(size(cell_fields) + 2), [cells])
+      call put(frame%time, [time])
+      call put(frame%offset(1), [parts])
+      call put(frame%offset(2), [1.0_dp])
+      call put(frame%offset(3), [rows_before(frame%points)])
+      call put(frame%offset(4), [cells])
+      call put(frame%offset(5), [corners])
+      if (frame%ghost > 0) then
+        call put(frame%ghost_offset, [rows_before(frame%ghost)])
+        call put(frame%ghost, merge(0.0_dp, hidden, present))
+      end if
       call put(frame%points, in_space(position))
       call put(frame%point_field(1), in_space(displacement))
       call put(frame%point_field(2), in_space(velocity))
       do i = 1, size(cell_fields)
         call put(frame%cell_field(i), stress(i, :))
-        call put(frame%cell_offset(i), [n*results%n_elements])
       end do
-      if (frame%ghost > 0) then
-        call put(frame%ghost, merge(0.0_dp, hidden, present))
-        call put(frame%ghost_offset, [n*results%n_elements])
-      end if
-      call put(frame%cell_offset(size(cell_fields) + 1), [0.0_dp])
-      call put(frame%cell_offset(size(cell_fields) + 2), [0.0_dp])
-      do i = 1, size(point_fields)
-        call put(frame%point_offset(i), [n*results%n_vertices])
-      end do
-      call put(frame%time, [time])
-      call put(frame%offset(1), [0.0_dp])
-      call put(frame%offset(2), [1.0_dp])
-      call put(frame%offset(3), [n*results%n_vertices])
-      call put(frame%offset(4), [0.0_dp])
-      call put(frame%offset(5), [0.0_dp])
     end associate
     results%n_frames = results%n_frames + 1
 
   contains
+
+    !> Rows of a series so far.
+    real(dp) function rows_before(handle)
+      integer, intent(in) :: handle
+
+      rows_before = real(rows_of_series(results, handle), dp)
+    end function rows_before
 
     !> Lets a row, or rows, of a series wait.
     subroutine put(handle, values)

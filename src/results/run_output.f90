@@ -2,7 +2,7 @@
 module scree_run_output
   use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
-  use scree_errors, only: error_t
+  use scree_errors, only: error_t, fail, status_bad_input
   use scree_idle_points, only: places_of_points
   use scree_islands, only: size_of_equations, work_of_solutions
   use scree_keyholes, only: polygons_of
@@ -12,8 +12,8 @@ module scree_run_output
   use scree_model, only: cache_t, model_t
   use scree_problem_output, only: store_problem
   use scree_regions, only: joint_between
-  use scree_results_file, only: add_frame, close_results, expect_place_still, layout_t, open_results, results_t, store_rows, &
-                                store_text, store_words, work_row_t, write_rows, write_where_due
+  use scree_results_file, only: add_frame, add_layout, close_results, expect_place_still, layout_t, open_results, results_t, &
+                                store_rows, store_text, store_words, work_row_t, write_rows, write_where_due
   use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &
                                velocity_of_vertices
   use scree_run_summary, only: summary_t
@@ -27,7 +27,7 @@ module scree_run_output
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: begin_output, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
+  public :: begin_output, change_layout, end_output, put_frame, put_problems, put_rest, put_step, run_output_t
 
   !> The results file of a run, and what it is written by.
   type :: run_output_t
@@ -37,7 +37,8 @@ module scree_run_output
     type(checkpoints_t) :: checkpoints
     integer :: checkpoint_every = 0          !! frames; 0: the last alone has one
     integer :: framed = -1                   !! step of the last frame
-    type(layout_t) :: layout
+    type(layout_t) :: layout                 !! of the next frame
+    logical :: has_layout = .false.          !! the file has it
     integer :: n_problems = 0                !! of friction, written so far
   end type run_output_t
 
@@ -56,9 +57,12 @@ contains
 
     output%checkpoint_every = scene%settings%checkpoint_every
     output%layout = layout_of(scene, model, state, options%runs)
+    output%layout%changes = output%kinds%parts > 0
+    if (output%layout%changes) call refuse_other_files(options, error)
+    if (allocated(error)) return
     call open_results(output%file, options%results_path, output%layout, options%with_xdmf, output%kinds%removal, error)
     if (.not. allocated(error)) call describe_scene(output%file, scene, list, options%threads, error)
-    if (.not. allocated(error)) call store_parts(output%file, model, state, output%layout, error)
+    if (.not. allocated(error)) call store_parts(output%file, model, state, error)
     if (.not. allocated(error) .and. model%model == model_nmm) call store_covers(output%file, model, state, error)
     if (.not. allocated(error)) call declare_records(output%file, model, output%kinds, output%records, error)
     if (options%runs .and. .not. allocated(error)) &
@@ -66,6 +70,45 @@ contains
     if (options%with_classic .and. options%runs .and. .not. allocated(error)) &
       call begin_classic(output%file, model, output%layout, error)
   end subroutine begin_output
+
+  !> Notes that frames have other polygons from here on, or, of a run that goes on, which they have by now.
+  subroutine change_layout(output, model, parent, is_written)
+    type(run_output_t), intent(inout) :: output
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: parent(:)            !! (n_elements) element before that each is part of
+    logical, intent(in) :: is_written           !! the file has them
+    integer :: of_file(size(parent))            !! likewise of the polygons that the file has
+
+    of_file = parent
+    if (.not. output%has_layout .and. .not. is_written) of_file = output%layout%parent(parent)
+    call take_polygons(model, model%start, output%layout)
+    output%layout%parent = of_file
+    output%file%n_corners = size(output%layout%corner)
+    output%has_layout = is_written
+  end subroutine change_layout
+
+  !> Error where files are asked for whose frames all have the same polygons.
+  subroutine refuse_other_files(options, error)
+    type(run_options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error
+
+    if (options%with_xdmf) then
+      call refuse('--xdmf')
+    else if (options%with_classic) then
+      call refuse('--classic-output')
+    end if
+
+  contains
+
+    !> Error at an option.
+    subroutine refuse(option)
+      character(len=*), intent(in) :: option
+
+      call fail(error, status_bad_input, option//': expected a scene without &cracks, as its polygons cannot change, found one '// &
+                'with them')
+    end subroutine refuse
+
+  end subroutine refuse_other_files
 
   !> A row of each series of the steps. Errors: a number that is not finite; the results file was taken away.
   subroutine put_step(output, model, cache, state, report, error)
@@ -109,6 +152,10 @@ contains
 
     position = state%vertex + spread(model%origin, 2, size(state%vertex, 2))
     call put_frame_records(output%file, output%records, model, cache, state, error)
+    if (output%layout%changes .and. .not. (output%has_layout .or. allocated(error))) then
+      call add_layout(output%file, output%layout, error)
+      output%has_layout = .true.
+    end if
     if (allocated(error)) return
     call add_frame(output%file, time_of_run(state), position, displacement_of_vertices(model, state), &
                    velocity_of_vertices(model, cache, state), state%stress, model%present(model%elements%block), error)
@@ -190,19 +237,16 @@ contains
                               model%points%kind(:n_marked(model)), model%points%element, error)
   end subroutine begin_classic
 
-  !> Joints of the edges, and the points with the elements that carry them.
-  subroutine store_parts(results, model, state, layout, error)
+  !> The points with the elements that carry them at the start.
+  subroutine store_parts(results, model, state, error)
     type(results_t), intent(in) :: results
     type(model_t), intent(in) :: model
     type(state_t), intent(in) :: state
-    type(layout_t), intent(in) :: layout
     type(error_t), allocatable, intent(out) :: error
     integer :: n
 
-    call store_rows(results, '/elements/joint', [integer ::], .true., '1', 'joint material of the edge from each vertex to the '// &
-                    'next, 0: a line of the mesh', real(model%elements%shape%joint(layout%corner), dp), error)
     n = n_marked(model)
-    if (allocated(error) .or. n == 0) return
+    if (n == 0) return
     call store_rows(results, '/points/kind', [integer ::], .true., '1', '1 fixed, 2 load, 3 measured point', &
                     real(model%points%kind(:n), dp), error)
     if (allocated(error)) return
@@ -252,10 +296,7 @@ contains
     real(dp) :: frames, steps
     integer :: k
 
-    layout%n_vertices = size(state%vertex, 2)
-    call polygons_of(model%elements%shape, state%vertex, layout%first, layout%corner)
-    layout%block = model%elements%block
-    layout%material = model%elements%material
+    call take_polygons(model, state%vertex, layout)
     if (.not. runs) return
     steps = 0.0_dp
     frames = 0.0_dp
@@ -284,6 +325,21 @@ contains
     end subroutine expect_more
 
   end function layout_of
+
+  !> Takes the polygons of a model.
+  subroutine take_polygons(model, vertex, layout)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: vertex(:, :)     !! (2, n_vertices) at the start, length
+    type(layout_t), intent(inout) :: layout
+    integer :: e
+
+    layout%n_vertices = size(vertex, 2)
+    call polygons_of(model%elements%shape, vertex, layout%first, layout%corner)
+    layout%block = model%elements%block
+    layout%material = model%elements%material
+    layout%joint = model%elements%shape%joint(layout%corner)
+    layout%parent = [(e, e=1, model%n_elements)]
+  end subroutine take_polygons
 
   !> Decks, settings, effects and versions in /scene.
   subroutine describe_scene(results, scene, list, threads, error)

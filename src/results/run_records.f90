@@ -44,6 +44,7 @@ module scree_run_records
   !> Whether any stage of a run has an effect, so that its series exist in all stages.
   type :: kinds_t
     integer :: stages = 0
+    integer :: parts = 0                              !! blocks that may break off
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
                sleep = .false., removal = .false., softening = .false.
   end type kinds_t
@@ -59,6 +60,7 @@ contains
 
     associate (effects => model%effects, s => model%settings)
       kinds%stages = kinds%stages + 1
+      kinds%parts = max(kinds%parts, s%crack_parts)
       kinds%gravity = kinds%gravity .or. allocated(effects%gravity)
       if (allocated(effects%fixed_point)) kinds%fixed_springs = kinds%fixed_springs .or. effects%fixed_point%by_springs
       kinds%held = kinds%held .or. abs(held_weight(s)) > 0 .or. holds_power(s)
@@ -80,7 +82,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n
 
-    n = model%n_blocks
+    n = model%n_blocks + kinds%parts
     call declare_motion()
     call declare_energies()
     call declare_costs()
@@ -194,7 +196,8 @@ contains
         call a_frame('error', [n], 'length', 'estimated error of the place, root mean square over the block', records%body_error)
       if (kinds%sleep) call a_frame('asleep', [n], '1', 'first body of the island that it sleeps with, from 1; 0: it is awake', &
                                records%body_asleep)
-      if (kinds%removal) call a_frame('present', [n], '1', '1, or 0 where a stage has removed it', records%body_present)
+      if (kinds%removal .or. kinds%parts > 0) &
+        call a_frame('present', [n], '1', '1, or 0 where it has not broken off yet or a stage has removed it', records%body_present)
     end subroutine declare_bodies
 
     !> Declares the closed contacts of a frame, a row each.
@@ -328,6 +331,17 @@ contains
     end do
   end function velocity_of_vertices
 
+  !> The row of a series, filled up with zeros for blocks that may break off and have not yet.
+  pure function filled(results, handle, values) result(row)
+    type(results_t), intent(in) :: results
+    integer, intent(in) :: handle
+    real(dp), intent(in) :: values(:)
+    real(dp) :: row(max(size(values), results%series(handle)%width))
+
+    row = 0.0_dp
+    row(:size(values)) = values
+  end function filled
+
   !> A row of each series of the steps.
   subroutine put_step_records(results, records, model, cache, state, report, error)
     type(results_t), intent(inout) :: results
@@ -346,7 +360,7 @@ contains
     call put(records%staged, [state%books%staged])
     call put(records%step_size, [report%dt])
     call put(records%area, [sum(cache%element%kinematics%area, model%present(model%elements%block))])
-    call put(records%rotation, state%rotation)
+    call put(records%rotation, filled(results, records%rotation, state%rotation))
     call put(records%momentum, state%books%momentum)
     call put(records%kinetic, [state%books%kinetic])
     call put(records%strain, [state%books%strain])
@@ -477,7 +491,7 @@ contains
       integer, intent(in) :: handle
       real(dp), intent(in) :: values(:)
 
-      if (.not. allocated(error)) call put_series(results, handle, values, error)
+      if (.not. allocated(error)) call put_series(results, handle, filled(results, handle, values), error)
     end subroutine put
 
     !> A row of the errors of blocks, or of what sleeps; zeros in a stage that has none.

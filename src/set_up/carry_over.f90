@@ -1,16 +1,19 @@
-!> First state of a stage from the last state of the stage before, in a model that may have other supports, loads, bolts and
-!> weights, and fewer blocks.
+!> First state of a model from the last state of the model before.
 !>
-!> Places, stress, velocities and the memory of contacts and bolts go on. A point may be new in this stage, such as the end of an
-!> edge that is supported or loaded from here on. The linear field of its element has moved it to x_0 + F (X - X_0). Here X is its
-!> place at the start, and X_0 and x_0 are the first and the present place of a vertex of the element.
+!> A stage may have other supports, loads, bolts and weights, and fewer blocks. A model that cracks have cut further has more parts,
+!> and each is of one part before (`scree_lineage`). Places, stress, velocities and the memory of contacts and bolts go on. A point
+!> may be new: the end of an edge that is supported or loaded from here on, or a vertex that a cut has made. The linear field of its
+!> element has moved it to x_0 + F (X - X_0). Here X is its place at the start, and X_0 and x_0 are the first and the present
+!> place of a vertex of the element.
 module scree_carry_over
   use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t, state_open
   use scree_idle_points, only: are_idle, place_now
   use scree_joint_stiffness, only: change_stiffness, mean_of_bonds
   use scree_kinds, only: dp
+  use scree_lineage, only: lineage_t, same_lineage
   use scree_model, only: model_t
+  use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_scene, only: reset_both, reset_displacements, reset_velocities
   use scree_sorting, only: columns, sort_into
   use scree_state, only: bolt_absent, reference_t, stage_clock_t, state_t, step_of_run, time_of_run
@@ -18,7 +21,16 @@ module scree_carry_over
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: carry_over, take_supports
+  public :: carry_over, carry_through_cut, take_supports
+
+  !> What has become of the vertices and edges of outlines.
+  type :: heirs_t
+    integer, allocatable :: vertex(:)  !! (n_before) vertex; 0: none
+    integer, allocatable :: first(:)   !! (n_before+1) edge i is cut into edge(first(i):first(i+1)-1)
+    integer, allocatable :: edge(:)
+    real(dp), allocatable :: from(:)   !! (n_edges) where each begins on the edge before, fraction of that
+    real(dp), allocatable :: to(:)     !! (n_edges) where it ends
+  end type heirs_t
 
   !> Distance from an edge of a point on it, by round-off, over the extent of the model.
   real(dp), parameter :: round_off = 1e-9_dp
@@ -38,28 +50,68 @@ contains
 
     state%stage = stage_clock_t(before%stage%number + 1, step_of_run(before), time_of_run(before))
     gone = .not. model%present(model%elements%block)
-    state%vertex = before%vertex
-    state%cover = before%cover
-    state%deformation = before%deformation
-    state%rotation = before%rotation
-    state%green = before%green
+    call carry_fields(model_before, before, same_lineage(model_before), model, state)
     do e = 1, model%n_elements
-      state%stress(:, e) = merge(0.0_dp, before%stress(:, e), gone(e))
+      if (gone(e)) state%stress(:, e) = 0.0_dp
     end do
-    call carry_velocities(model_before, before, model, state)
-    call carry_points(model_before, before, model, state)
     call carry_static_forces(model_before, before%static_force + reaction, model, state)
     call take_supports(state, model)
-    call carry_contacts(model_before, before, model, state)
+    state%acceleration = 0.0_dp
+    if (model%effects%is_static() .or. any(model%settings%reset == [reset_velocities, reset_both])) state%velocity = 0.0_dp
+    call keep_what_is_there(model_before, model, state)
     if (allocated(state%bolts)) call carry_bolts(before, pretension, model, state)
     if (allocated(before%reference)) call carry_reference(before%reference, model, state)
     if (any(model%settings%reset == [reset_displacements, reset_both])) then
       state%reference = reference_t(state%vertex, state%point)
       state%rotation = 0.0_dp
     end if
-    state%books = before%books
     if (allocated(before%deviation) .and. model%settings%estimates_error) state%deviation = before%deviation
   end subroutine carry_over
+
+  !> Has the state go on in a model that cracks have cut further, within a stage. Nothing is at rest or in motion for it: kinetic
+  !> energy, momentum and stress stay as they are.
+  pure subroutine carry_through_cut(model_before, before, lineage, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    type(lineage_t), intent(in) :: lineage
+    type(model_t), intent(inout) :: model    !! as set up
+    type(state_t), intent(inout) :: state    !! likewise
+
+    state%time = before%time
+    state%step = before%step
+    state%stage = before%stage
+    state%pace = before%pace
+    call carry_fields(model_before, before, lineage, model, state)
+    call take_supports(state, model)
+    if (allocated(before%bolts)) state%bolts = before%bolts
+  end subroutine carry_through_cut
+
+  !> Carries over what every model has: places, motion, stress, contacts, and the books.
+  pure subroutine carry_fields(model_before, before, lineage, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    type(lineage_t), intent(in) :: lineage
+    type(model_t), intent(inout) :: model
+    type(state_t), intent(inout) :: state
+    integer :: e, k
+
+    state%deformation = before%deformation(:, lineage%element)
+    state%green = before%green(lineage%element)
+    state%stress = before%stress(:, lineage%element)
+    state%rotation = before%rotation(lineage%block)
+    do e = 1, model%n_elements
+      do k = first_vertex_of(model%elements%shape, e), last_vertex_of(model%elements%shape, e)
+        if (lineage%vertex(k) > 0) state%vertex(:, k) = before%vertex(:, lineage%vertex(k))
+        if (lineage%vertex(k) == 0) state%vertex(:, k) = place_now(model_before, before, lineage%element(e), model%start(:, k))
+      end do
+    end do
+    if (size(state%cover, 2) > 0) state%cover = before%cover(:, lineage%cover)
+    call carry_rates(model_before, before, lineage, model, state)
+    call carry_points(model_before, before, lineage, model, state)
+    call carry_contacts(model_before, before, lineage, model, state)
+    if (allocated(before%cracks)) state%cracks = before%cracks
+    state%books = before%books
+  end subroutine carry_fields
 
   !> Holds points where they are to be held by the state, and loads absorbing edges as they are loaded there.
   pure subroutine take_supports(state, model)
@@ -107,69 +159,83 @@ contains
     end associate
   end subroutine carry_static_forces
 
-  !> Velocities of what could move, and still can; a static stage begins at rest.
-  pure subroutine carry_velocities(model_before, before, model, state)
+  !> Velocities and accelerations of what can move.
+  pure subroutine carry_rates(model_before, before, lineage, model, state)
     type(model_t), intent(in) :: model_before
     type(state_t), intent(in) :: before
+    type(lineage_t), intent(in) :: lineage
     type(model_t), intent(in) :: model
     type(state_t), intent(inout) :: state
     integer :: e, k
 
     state%velocity = 0.0_dp
     state%acceleration = 0.0_dp
-    if (model%effects%is_static()) return
-    if (any(model%settings%reset == [reset_velocities, reset_both])) return
     do k = 1, size(model%elements%free)
       e = model%elements%free(k)
-      state%velocity(model%elements%unknown(:, e)) = before%velocity(model_before%elements%unknown(:, e))
+      associate (own => model%elements%unknown(:, e), parent => model_before%elements%unknown(:, lineage%element(e)))
+        state%velocity(own) = before%velocity(parent)
+        state%acceleration(own) = before%acceleration(parent)
+      end associate
     end do
-  end subroutine carry_velocities
+  end subroutine carry_rates
+
+  !> How far tables have moved each point that they hold since the stage began.
+  pure function moved_by_tables(model, time) result(way)
+    type(model_t), intent(in) :: model
+    real(dp), intent(in) :: time             !! since then
+    real(dp) :: way(2, size(model%points%kind)) !! length
+    integer :: i
+
+    way = 0.0_dp
+    if (.not. allocated(model%effects%fixed_point)) return
+    associate (held => model%effects%fixed_point)
+      do i = 1, size(held%point)
+        if (.not. allocated(held%table(i)%time)) cycle
+        way(:, held%point(i)) = value_at(held%table(i), time) - value_at(held%table(i), 0.0_dp)
+      end do
+    end associate
+  end function moved_by_tables
 
   !> Places of the points, and where those are to be that are held. What the decks mark comes first, in the same order in all
-  !> stages; of the rollers those are the same that are of one element, began in one place and hold it one way.
-  pure subroutine carry_points(model_before, before, model, state)
+  !> models; of the rollers those are the same that are of one element, began in one place and hold it one way.
+  pure subroutine carry_points(model_before, before, lineage, model, state)
     type(model_t), intent(in) :: model_before
     type(state_t), intent(in) :: before
+    type(lineage_t), intent(in) :: lineage
     type(model_t), intent(in) :: model
     type(state_t), intent(inout) :: state
-    real(dp) :: home(2, size(model_before%points%kind))
     logical :: idle(size(model_before%points%kind))
     real(dp) :: along(2, size(model%points%kind)) ! directions of rollers, 0: of none
-    real(dp) :: along_before(2, size(model_before%points%kind))
+    real(dp) :: way(2, size(model%points%kind))   ! by tables
+    real(dp) :: along_before(2, size(model_before%points%kind)), way_before(2, size(model_before%points%kind))
     integer, allocatable :: first(:), list(:)
     integer :: i, same
 
-    home = before%home
     along = directions_of(model)
     along_before = directions_of(model_before)
+    way = moved_by_tables(model, state%time)
+    way_before = moved_by_tables(model_before, before%time)
     idle = are_idle(model_before)
-    if (allocated(model_before%effects%fixed_point)) then
-      associate (held => model_before%effects%fixed_point)
-        do i = 1, size(held%point)
-          if (.not. allocated(held%table(i)%time)) cycle
-          home(:, held%point(i)) = home(:, held%point(i)) + value_at(held%table(i), before%time) - value_at(held%table(i), 0.0_dp)
-        end do
-      end associate
-    end if
-    call sort_into(merge(model_before%points%element, 0, model_before%points%kind == roller_end), model%n_elements, first, list)
+    call sort_into(merge(model_before%points%element, 0, model_before%points%kind == roller_end), model_before%n_elements, first, &
+                   list)
     do i = 1, size(model%points%kind)
       associate (e => model%points%element(i), own => model%start_point(:, i))
         same = 0
         if (model%points%kind(i) <= bolt_end) same = merge(0, i, idle(i))
-        if (model%points%kind(i) == roller_end) same = roller_at(e, own, along(:, i))
+        if (model%points%kind(i) == roller_end) same = roller_at(lineage%element(e), own, along(:, i))
         if (same > 0) then
           state%point(:, i) = before%point(:, same)
-          state%home(:, i) = home(:, same)
+          state%home(:, i) = before%home(:, same) + (way_before(:, same) - way(:, i))
         else
-          state%point(:, i) = place_now(model, before, e, own)
-          state%home(:, i) = state%point(:, i)
+          state%point(:, i) = place_now(model, state, e, own)
+          state%home(:, i) = state%point(:, i) - way(:, i)
         end if
       end associate
     end do
 
   contains
 
-    !> The roller of the stage before that began in a place of an element, and holds it in a direction; 0: there is none.
+    !> The roller of the model before that began in a place of an element, and holds it in a direction; 0: there is none.
     pure integer function roller_at(e, place, direction) result(found)
       integer, intent(in) :: e
       real(dp), intent(in) :: place(2), direction(2)
@@ -196,13 +262,14 @@ contains
     end associate
   end function directions_of
 
-  !> What contacts remember, those of what slept too; but of what is gone. Closed ones have the stiffness of the stage.
-  pure subroutine carry_contacts(model_before, before, model, state)
+  !> What contacts remember, those of what slept too.
+  pure subroutine carry_contacts(model_before, before, lineage, model, state)
     type(model_t), intent(in) :: model_before
     type(state_t), intent(in) :: before
+    type(lineage_t), intent(in) :: lineage
     type(model_t), intent(in) :: model
     type(state_t), intent(inout) :: state
-    real(dp), allocatable :: bonds(:)
+    type(heirs_t) :: heirs
     real(dp) :: stiffness(2)
     integer :: i
 
@@ -210,11 +277,35 @@ contains
     stiffness = state%contacts%stiffness
     state%contacts = before%contacts
     if (.not. model%settings%adapts_stiffness) state%contacts%stiffness = stiffness
+    state%contacts%extra_reach = before%contacts%extra_reach(lineage%block)
+    state%contacts%extra_turn = before%contacts%extra_turn(lineage%block)
     associate (memory => state%contacts)
       if (allocated(before%sleep)) then
         memory%contact = [memory%contact, before%sleep%contact]
         memory%inside = reshape([memory%inside, before%sleep%inside], [2, size(memory%inside, 2) + size(before%sleep%inside, 2)])
       end if
+      heirs = heirs_of(model_before, lineage, model)
+      do i = 1, size(memory%contact)
+        call hand_on(heirs, memory%contact(i))
+      end do
+      memory%contact = pack(memory%contact, are_known(memory%contact))
+      do i = 1, size(memory%inside, 2)
+        memory%inside(:, i) = [heirs%vertex(memory%inside(1, i)), heirs%vertex(memory%inside(2, i))]
+      end do
+      memory%inside = columns(memory%inside, .not. any(memory%inside == 0, 1))
+    end associate
+  end subroutine carry_contacts
+
+  !> Drops the memory of contacts of what a stage has removed. Closed ones have the stiffness of the stage.
+  pure subroutine keep_what_is_there(model_before, model, state)
+    type(model_t), intent(in) :: model_before
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    real(dp), allocatable :: bonds(:)
+    integer :: i
+
+    if (.not. allocated(state%contacts%contact) .or. .not. allocated(model%effects%contact)) return
+    associate (memory => state%contacts)
       memory%contact = pack(memory%contact, are_there(model, memory%contact))
       memory%inside = columns(memory%inside, .not. any(parts_gone(memory%inside), 1))
       if (model%settings%adapts_stiffness) return
@@ -239,7 +330,76 @@ contains
       end do
     end function parts_gone
 
-  end subroutine carry_contacts
+  end subroutine keep_what_is_there
+
+  !> Which vertices and edges of the outlines those of the model before have become.
+  pure type(heirs_t) function heirs_of(model_before, lineage, model) result(heirs)
+    type(model_t), intent(in) :: model_before
+    type(lineage_t), intent(in) :: lineage
+    type(model_t), intent(in) :: model
+    real(dp) :: along(2)
+    integer :: at_place(size(model_before%start, 2)), i, j, k
+
+    allocate (heirs%vertex(size(model_before%outlines%start)), heirs%from(size(lineage%edge)), heirs%to(size(lineage%edge)))
+    call sort_into(lineage%edge, size(heirs%vertex), heirs%first, heirs%edge)
+    at_place = 0
+    do j = 1, size(lineage%edge)
+      k = lineage%vertex(model%outlines%start(j))
+      if (k > 0) at_place(k) = j
+    end do
+    do i = 1, size(heirs%vertex)
+      heirs%vertex(i) = at_place(model_before%outlines%start(i))
+      associate (a => model_before%start(:, model_before%outlines%start(i)))
+        along = model_before%start(:, model_before%outlines%finish(i)) - a
+        along = along/dot_product(along, along)
+        do k = heirs%first(i), heirs%first(i + 1) - 1
+          j = heirs%edge(k)
+          heirs%from(j) = dot_product(along, model%start(:, model%outlines%start(j)) - a)
+          heirs%to(j) = dot_product(along, model%start(:, model%outlines%finish(j)) - a)
+          if (lineage%vertex(model%outlines%start(j)) == model_before%outlines%start(i)) heirs%vertex(i) = j
+        end do
+      end associate
+    end do
+  end function heirs_of
+
+  !> Hands the memory of a contact on to the vertices and edges of the model; those are 0 where there is none. Of an edge that was
+  !> cut the part gets it at which the contact is held.
+  pure subroutine hand_on(heirs, contact)
+    type(heirs_t), intent(in) :: heirs
+    type(contact_t), intent(inout) :: contact
+    integer :: best, i, j, k
+    real(dp) :: beyond, least
+
+    do i = 1, contact%n_entrances
+      associate (entrance => contact%entrance(i))
+        entrance%vertex = heirs%vertex(entrance%vertex)
+        best = 0
+        least = huge(least)
+        do k = heirs%first(entrance%edge), heirs%first(entrance%edge + 1) - 1
+          j = heirs%edge(k)
+          beyond = max(0.0_dp, heirs%from(j) - entrance%anchor, entrance%anchor - heirs%to(j))
+          if (beyond < least) best = j
+          least = min(least, beyond)
+        end do
+        if (best > 0 .and. heirs%first(entrance%edge + 1) - heirs%first(entrance%edge) > 1) &
+          entrance%anchor = (entrance%anchor - heirs%from(best))/(heirs%to(best) - heirs%from(best))
+        entrance%edge = best
+      end associate
+    end do
+  end subroutine hand_on
+
+  !> Which contacts have all their vertices and edges.
+  pure function are_known(contact)
+    type(contact_t), intent(in) :: contact(:)
+    logical :: are_known(size(contact))
+    integer :: i
+
+    do i = 1, size(contact)
+      associate (entrance => contact(i)%entrance(:contact(i)%n_entrances))
+        are_known(i) = all(entrance%vertex > 0 .and. entrance%edge > 0)
+      end associate
+    end do
+  end function are_known
 
   !> Which contacts are of blocks that are there.
   pure function are_there(model, contact)

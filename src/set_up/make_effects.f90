@@ -305,7 +305,7 @@ contains
     !> Islands at rest need no computing where a touch or a load can wake them, and a weight tells what little is.
     subroutine let_sleep()
       associate (s => scene%settings)
-        if (s%sleep <= 0 .or. scene%is_static() .or. s%chooses_step) return
+        if (s%sleep <= 0 .or. scene%is_static() .or. s%chooses_step .or. s%cracks_may_grow()) return
         if (.not. (allocated(effects%gravity) .and. allocated(effects%contact))) return
         if (looks_at_all(effects%contact)) return
         effects%sleep = s%sleep

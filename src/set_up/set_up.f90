@@ -34,6 +34,7 @@ module scree_set_up
   real(dp), parameter :: least_block = 1e-9_dp   !! of the extent: size of a block that still has seven digits
   real(dp), parameter :: lost_area = 1e-3_dp     !! of a block, by the rounding of coordinates about the middle of the model
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
+  real(dp), parameter :: disc_edges = 2*(1 - 1e-9_dp) !! edges of the mesh in the half disc over which stress at a tip is averaged
   real(dp), parameter :: any_jump = 1e30_dp      !! of sides: no limit, where the step is chosen by the travel, which has its own
 
 contains
@@ -57,7 +58,7 @@ contains
     model%settings = scene%settings
     call make_system(scene, blocks, model%system_t, state, quality, error)
     if (allocated(error)) return
-    model%present = .not. scene%removed
+    model%present = .not. scene%removed(blocks%drawn)
     call load_edges(scene, model%system_t, state, load, error)
     if (allocated(error)) return
     call hold_edges(scene, model%system_t, state, roller, error)
@@ -309,6 +310,12 @@ contains
                 real_text(norm2(high - low))//', found none below '//real_text(shortest_edge(mesh)))
     end if
     if (allocated(error)) return
+    if (scene%settings%crack_length > 0 .and. scene%settings%crack_length < disc_edges*shortest_edge(mesh)) then
+      call fail(error, status_bad_input, given_at(scene%words, 'cracks.length')//': expected at least two edges of the mesh, '// &
+                real_text(disc_edges*shortest_edge(mesh))//', as one stress of a triangle at a tip is no mean, found '// &
+                real_text(scene%settings%crack_length))
+      return
+    end if
     system%elements = covered%elements
     call move_alloc(covered%vertex, state%vertex)
     call move_alloc(covered%cover, state%cover)

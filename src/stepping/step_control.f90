@@ -5,7 +5,7 @@ module scree_step_control
   use scree_state, only: state_t
   implicit none
   private
-  public :: after_step, at_end, frame_due, is_settled, next_size, resume_pace, share_done
+  public :: after_step, at_end, frame_due, has_no_step, is_settled, next_size, resume_pace, share_done
 
   real(dp), parameter :: growth = 1.2_dp     !! of a step that was cut, once it goes well again
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
@@ -122,12 +122,20 @@ contains
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state
 
-    at_end = state%time >= settings%end_time .or. state%step >= settings%most_steps
+    at_end = has_no_step(settings, state)
     if (.not. allocated(state%settling)) return
     associate (own => state%settling)
       at_end = at_end .or. (own%steady .and. (own%unbalanced <= settings%balance .or. own%moving > 0))
     end associate
   end function at_end
+
+  !> Whether time or number of the steps are used up.
+  pure logical function has_no_step(settings, state)
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(in) :: state
+
+    has_no_step = state%time >= settings%end_time .or. state%step >= settings%most_steps
+  end function has_no_step
 
   !> Whether what comes after a stage may begin: one that asks for equilibrium has come to it.
   pure logical function is_settled(settings, state)

@@ -2,7 +2,8 @@
 module scree_regions
   implicit none
   private
-  public :: first_vertex_of, joint_between, keep_regions, last_vertex_of, loops_of, region_count, regions_t, vertices_after
+  public :: first_vertex_of, joint_between, keep_regions, last_vertex_of, loops_of, region_count, regions_t, take_regions, &
+            vertices_after
 
   !> Regions made of loops: the outer loop of a region first and counter-clockwise, its holes clockwise
   !> (Shi: d and k0). The vertices of a region are consecutive.
@@ -84,33 +85,40 @@ contains
     type(regions_t), intent(inout) :: regions
     logical, intent(in) :: keep(:)                  !! (n)
     integer, allocatable, intent(out) :: vertex(:)
-    type(regions_t) :: kept
-    integer :: i, k, n_loops, n_regions, n_vertices
+    integer :: i
+
+    call take_regions(regions, pack([(i, i=1, size(keep))], keep), vertex)
+  end subroutine keep_regions
+
+  !> Takes the regions of a list, in its order; `vertex` gets the numbers that their vertices had.
+  pure subroutine take_regions(regions, list, vertex)
+    type(regions_t), intent(inout) :: regions
+    integer, intent(in) :: list(:)                  !! (n_taken) each region at most once
+    integer, allocatable, intent(out) :: vertex(:)
+    type(regions_t) :: taken
+    integer :: i, k, n_loops, n_vertices
 
     allocate (vertex(size(regions%joint)))
-    allocate (kept%first_loop(count(keep) + 1), kept%first_vertex(size(regions%first_vertex)))
-    n_regions = 0
+    allocate (taken%first_loop(size(list) + 1), taken%first_vertex(size(regions%first_vertex)))
     n_loops = 0
     n_vertices = 0
-    do i = 1, size(keep)
-      if (.not. keep(i)) cycle
-      n_regions = n_regions + 1
-      kept%first_loop(n_regions) = n_loops + 1
-      do k = regions%first_loop(i), regions%first_loop(i + 1) - 1
+    do i = 1, size(list)
+      taken%first_loop(i) = n_loops + 1
+      do k = regions%first_loop(list(i)), regions%first_loop(list(i) + 1) - 1
         n_loops = n_loops + 1
-        kept%first_vertex(n_loops) = regions%first_vertex(k) - first_vertex_of(regions, i) + n_vertices + 1
+        taken%first_vertex(n_loops) = regions%first_vertex(k) - first_vertex_of(regions, list(i)) + n_vertices + 1
       end do
-      do k = first_vertex_of(regions, i), last_vertex_of(regions, i)
+      do k = first_vertex_of(regions, list(i)), last_vertex_of(regions, list(i))
         n_vertices = n_vertices + 1
         vertex(n_vertices) = k
       end do
     end do
-    kept%first_loop(n_regions + 1) = n_loops + 1
-    kept%first_vertex(n_loops + 1) = n_vertices + 1
+    taken%first_loop(size(list) + 1) = n_loops + 1
+    taken%first_vertex(n_loops + 1) = n_vertices + 1
     vertex = vertex(:n_vertices)
-    regions%joint = regions%joint(vertex)
-    regions%first_loop = kept%first_loop
-    regions%first_vertex = kept%first_vertex(:n_loops + 1)
-  end subroutine keep_regions
+    taken%first_vertex = taken%first_vertex(:n_loops + 1)
+    taken%joint = regions%joint(vertex)
+    regions = taken
+  end subroutine take_regions
 
 end module scree_regions

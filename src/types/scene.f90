@@ -199,6 +199,9 @@ module scree_scene
     real(dp), allocatable :: dilation(:)    !! (n_joints) angle at which a joint opens as it slides, degrees
     real(dp), allocatable :: dilation_slip(:) !! (n_joints) slip at which that ends, length
     real(dp), allocatable :: joint_ks(:)    !! (n_joints) likewise along; not there: that across over the shear ratio
+    real(dp), allocatable :: crack_strength(:)  !! (n_materials) mean tension at which tips grow; 0: none, force/length^2
+    real(dp) :: crack_length = 0.0_dp       !! radius of the half disc of that mean, length
+    integer :: crack_parts = 0              !! blocks that may break off, for which the results have room
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     integer :: fixed = fixed_exact
     real(dp) :: fixed_stiffness = 0.0_dp    !! of a spring of a fixed point, force/length per unit thickness
@@ -267,7 +270,7 @@ module scree_scene
     real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length
     real(dp) :: frame_spacing = 0.0_dp      !! time from frame to frame, that of the step that passes it; 0 where another counts
   contains
-    procedure :: takes_small_steps
+    procedure :: takes_small_steps, cracks_may_grow
   end type settings_t
 
   !> One name of the named groups with its value, after defaults.
@@ -360,6 +363,13 @@ contains
 
     takes_small_steps = settings%scheme == scheme_small_steps
   end function takes_small_steps
+
+  !> Whether a deck says what makes cracks grow.
+  pure logical function cracks_may_grow(settings)
+    class(settings_t), intent(in) :: settings
+
+    cracks_may_grow = allocated(settings%crack_strength)
+  end function cracks_may_grow
 
   !> The kind of a stage, as `stage.kind` has it.
   pure function kind_of(stage) result(kind)

@@ -5,7 +5,7 @@ module scree_state
   use scree_kinds, only: dp
   implicit none
   private
-  public :: bolt_memory_t, books_t, deviation_t, pace_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
+  public :: bolt_memory_t, books_t, cracks_t, deviation_t, pace_t, reference_t, settling_t, sleep_t, stage_clock_t, state_t, &
             step_of_run, time_of_run
 
   !> State of a bolt: elastic, has yielded, broken, or not in this stage; from `bolt_broken` on it has no force.
@@ -87,6 +87,13 @@ module scree_state
     integer, allocatable :: state(:)           !! (n_bolts) `bolt_elastic`, `bolt_yielded`, `bolt_broken`, `bolt_absent`
   end type bolt_memory_t
 
+  !> Pieces by which cracks have grown, in the order in which they did. The model is that of the blocks of the decks, cut by them.
+  type :: cracks_t
+    real(dp), allocatable :: piece(:, :)       !! (4, n) x1 y1 x2 y2 from the tip on, at the start, by the blocks, length
+    integer, allocatable :: joint(:)           !! (n) joint material of their faces
+    real(dp), allocatable :: time(:)           !! (n) of the run, when they grew; those of one time were cut at once
+  end type cracks_t
+
   !> How far the run is estimated to be off, by what the steps so far have made of it. Of a block x, y and the rotation times its
   !> radius of gyration: their norm is the root mean square over the block.
   type :: deviation_t
@@ -139,6 +146,7 @@ module scree_state
     type(sleep_t), allocatable :: sleep        !! where the scene lets bodies sleep
     type(settling_t), allocatable :: settling  !! of a static run that ends in equilibrium
     type(deviation_t), allocatable :: deviation !! where the scene asks for it
+    type(cracks_t), allocatable :: cracks      !! where the scene lets cracks grow
     type(books_t) :: books
   end type state_t
 

@@ -51,6 +51,11 @@ contains
       if (.not. (same(a%bolts%rest, b%bolts%rest) .and. same(a%bolts%across, b%bolts%across) &
              .and. same_whole(a%bolts%state, b%bolts%state))) name = 'bolts'
     end if
+    if (allocated(a%cracks) .neqv. allocated(b%cracks)) name = 'whether cracks have grown'
+    if (allocated(a%cracks) .and. allocated(b%cracks)) then
+      if (.not. (same([a%cracks%piece, a%cracks%time], [b%cracks%piece, b%cracks%time]) &
+                 .and. same_whole(a%cracks%joint, b%cracks%joint))) name = 'cracks'
+    end if
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
     if (size(a%factored) /= size(b%factored)) name = 'number of islands'

@@ -118,19 +118,24 @@ class Shapes:
         return [outline(polygon, loops) if there else Path(np.empty((0, 2)))
                 for polygon, loops, there in zip(self.polygons(frame, magnified), self.shape(), self.present(frame))]
 
-    def edge_list(self):
-        """Of each edge, but seams: its two corners (n, 2), rows of those of all elements one after the other, its joint material,
-        0 for a line of the mesh, and its element (n)."""
+    def joints(self, frame):
+        """Joint material of the edge from each corner of the elements to the next, 0 for a line of the mesh."""
+        return self.joint
+
+    def edge_list(self, frame=-1):
+        """Of each edge, but seams: its two corners (n, 2), rows of those of all elements one after the other, its joint material in a
+        frame, 0 for a line of the mesh, and its element (n)."""
         if not hasattr(self, "listed"):
             first = first_of(self.start)
             loops = [at + loop for at, of_element in zip(first, self.shape()) for loop in of_element]
             ends = np.stack([np.concatenate(loops), np.concatenate([np.roll(loop, -1) for loop in loops])], axis=1)
-            self.listed = ends, np.asarray(self.joint)[ends[:, 0]], np.searchsorted(first, ends[:, 0], side="right") - 1
-        return self.listed
+            self.listed = ends, np.searchsorted(first, ends[:, 0], side="right") - 1
+        ends, element = self.listed
+        return ends, np.asarray(self.joints(frame))[ends[:, 0]], element
 
     def edges(self, frame, magnified=True):
         """Edges of joints and boundary (n, 2, 2), their joint material and element (n); lines of the mesh and seams are none."""
-        ends, of_edge, element = self.edge_list()
+        ends, of_edge, element = self.edge_list(frame)
         drawn = (of_edge > 0) & self.present(frame)[element]
         ends, of_edge, element = ends[drawn], of_edge[drawn], element[drawn]
         return np.vstack(self.polygons(frame, magnified))[ends], of_edge, element
@@ -240,8 +245,11 @@ class Frames(Shapes):
 
     def true_edges(self, frame):
         """Edges of joints and boundary (n, 2, 2) where they are."""
-        ends, of_edge, element = self.edge_list()
+        ends, of_edge, element = self.edge_list(frame)
         return self.file.vertices(frame)[all_corners(self)[1][ends[(of_edge > 0) & self.present(frame)[element]]]]
+
+    def joints(self, frame):
+        return self.file.joints(frame) if "elements" in self.file else self.joint
 
     def present(self, frame):
         """Which elements no stage has removed."""
@@ -275,6 +283,8 @@ class Frames(Shapes):
         """Places of the nodes of the covers, and whether each follows others."""
         if "covers" not in self.file:
             raise PlotError(f"{self.name}: expected manifold elements for --covers, found none")
+        if "parent" in self.file.elements:
+            raise PlotError(f"{self.name}: expected a scene whose cracks do not grow for --covers, as a file has the covers of the start")
         given = self.file["covers"]
         follows = np.zeros(len(given.node), bool)
         if "follows" in given:

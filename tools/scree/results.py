@@ -101,6 +101,105 @@ class Contacts:
         return len(self.state)
 
 
+class Layouts:
+    """The polygons that frames have, one layout after the other where cracks grow. Elements and vertices of a run are those of the last
+    layout: what they are in an earlier frame follows from the elements that they are parts of, whose fields are linear."""
+
+    def __init__(self, f, n_frames):
+        group = f["VTKHDF"]
+        self.points, self.cells, self.corners = (group[name][()] for name in (
+            "NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"))
+        self.of_frame = np.asarray(group["Steps/PartOffsets"][:n_frames], int)
+        self.points, self.cells, self.corners = (n[:self.of_frame.max(initial=0) + 1] for n in (self.points, self.cells, self.corners))
+        self.count, self.parents = len(self.cells), {}
+        last = self.count - 1
+        self.last = {} if self.count == 1 else {
+            "VTKHDF/Connectivity": self.corners_of_layout(last), "elements/joint": self.corners_of_layout(last),
+            "VTKHDF/Offsets": slice(self.cells[:last].sum() + last, self.cells.sum() + self.count),
+            "VTKHDF/CellData/block": self.cells_of_layout(last), "VTKHDF/CellData/material": self.cells_of_layout(last)}
+
+    def cells_of_layout(self, layout):
+        return slice(self.cells[:layout].sum(), self.cells[:layout + 1].sum())
+
+    def corners_of_layout(self, layout):
+        return slice(self.corners[:layout].sum(), self.corners[:layout + 1].sum())
+
+    def rows(self, of, frame):
+        """Rows of a frame in a dataset that has all frames one after the other."""
+        n = getattr(self, of)[self.of_frame]
+        return slice(n[:frame].sum(), n[:frame + 1].sum())
+
+    def elements_of(self, results, frame):
+        """For each element the one, from 0, that it is part of in a frame."""
+        layout = self.of_frame[frame]
+        if layout not in self.parents:
+            elements = np.arange(self.cells[-1])
+            for later in range(self.count - 1, layout, -1):
+                elements = results._look(lambda f, later=later: f["elements/parent"][self.cells_of_layout(later)])[elements] - 1
+            self.parents[layout] = elements
+        return self.parents[layout]
+
+
+    def carriers(self, results, elements, places):
+        """Of points with their elements in the first layout, from 0, those in the last that hold their places at the start."""
+        parents, cuts = self.elements_of(results, 0), results._cuts(0)
+        found = np.empty(len(elements), int)
+        for i, (element, place) in enumerate(zip(elements, places)):
+            parts = np.flatnonzero(parents == element)
+            found[i] = next((e for e in parts if winds_around(cuts.start[results.corners()[e]], place)), parts[0])
+        return found
+
+
+class Cuts:
+    """What cracks have made of the elements of a layout: for each vertex the vertices of the element that it was of, with weights."""
+
+    def __init__(self, results, layout):
+        layouts = results._layouts
+        frame = int(np.argmax(layouts.of_frame == layout))
+        last = int(np.argmax(layouts.of_frame == layouts.count - 1))
+        before, now = (results._rows_of("Points", k, "points")[:, :2] - results._rows_of("PointData/displacement", k, "points")[:, :2]
+                       for k in (frame, last))
+        first = layouts.cells[:layout].sum() + layout
+        corner, offset, joint = results._look(lambda f: (
+            f["VTKHDF/Connectivity"][layouts.corners_of_layout(layout)], f["VTKHDF/Offsets"][first:first + layouts.cells[layout] + 1],
+            f["elements/joint"][layouts.corners_of_layout(layout)]))
+        parents, near = layouts.elements_of(results, frame), 1e-9 * np.ptp(before, axis=0).max()
+        self.start, self.source = now, np.zeros(len(now), int)
+        self.made, self.joint = [], results["elements/joint"].copy()
+        at = 0
+        for corners, parent in zip(results.corners(), parents):
+            own, of_own = (rows[offset[parent]:offset[parent + 1]] for rows in (corner, joint))
+            if len(own) == len(corners) and np.abs(before[own] - now[corners]).max() <= near:
+                self.source[corners], self.joint[at:at + len(corners)] = own, of_own
+            else:
+                affine = np.linalg.pinv(np.column_stack([before[own], np.ones(len(own))]))
+                self.made.append((corners, own, np.column_stack([now[corners], np.ones(len(corners))]) @ affine))
+                edges = before[own], before[np.roll(own, -1)], of_own
+                middle = (now[corners] + now[np.roll(corners, -1)]) / 2
+                self.joint[at:at + len(corners)] *= [is_on(place, *edges, near) for place in middle]
+            at += len(corners)
+
+    def field(self, values):
+        """Values of the vertices from those of the layout."""
+        field = values[self.source]
+        for corners, own, weights in self.made:
+            field[corners] = weights @ values[own]
+        return field
+
+
+def winds_around(polygon, place):
+    """Whether a polygon holds a place."""
+    (x, y), (to_x, to_y) = (polygon - place).T, (np.roll(polygon, -1, axis=0) - place).T
+    return abs(np.arctan2(x * to_y - y * to_x, x * to_x + y * to_y).sum()) > np.pi
+
+
+def is_on(place, starts, ends, joint, near):
+    """Whether a place is on one of the edges that have a joint."""
+    along = ends - starts
+    share = np.clip(((place - starts) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0, 1)
+    return bool(((np.linalg.norm(starts + share[:, None] * along - place, axis=1) <= near) & (joint > 0)).any())
+
+
 def opened(path):
     """A file of HDF5 for reading. A run locks its file in a way of its own, so a lock of HDF5 is not needed, and it is left out on
     systems without locks. It is asked for first, because HDF5 refuses a file that the same process has open with another choice."""
@@ -124,6 +223,7 @@ class Results(Group):
 
     def __init__(self, path: str | os.PathLike) -> None:
         super().__init__(self, "")
+        self._read_cuts = {}
         self.path = pathlib.Path(path)
         self._goes_on = True  # as far as is known
         try:
@@ -142,8 +242,8 @@ class Results(Group):
         if "VTKHDF" not in f or "history" not in f:
             raise ResultsError(f"{self.path}: expected a results file of scree, found another HDF5 file")
         self.n_frames = int(f["VTKHDF/Steps"].attrs["NSteps"])  # first, as what it counts is there before
-        self.n_elements = len(f["VTKHDF/Offsets"]) - 1
-        self._n_vertices = int(f["VTKHDF/NumberOfPoints"][0]) if len(f["VTKHDF/NumberOfPoints"]) else 0
+        self._layouts = Layouts(f, self.n_frames)
+        self.n_elements, self._n_vertices = (int(n[-1]) for n in (self._layouts.cells, self._layouts.points))
         self._rows = self._rows_that_count(f)
 
     def __repr__(self) -> str:
@@ -199,6 +299,10 @@ class Results(Group):
             item = f.get(path)
             if isinstance(item, h5py.Group):
                 return Group(self, path)
+            if path in self._layouts.last:
+                return item[self._layouts.last[path]]
+            if path == "points/element" and self._layouts.count > 1:
+                return self._layouts.carriers(self, item[()] - 1, f["points/place"][()]) + 1
             if item is not None:
                 return as_text(item[:self._rows[path.split("/")[0]]] if path.split("/")[0] in self._rows else item[()])
             attributes = f[group or "/"].attrs
@@ -283,26 +387,47 @@ class Results(Group):
             raise IndexError(f"{self.path}: expected a frame from 0 to {self.n_frames - 1}, found {frame}")
         return frame % self.n_frames
 
-    def _of_frame(self, name, frame, n):
-        """The rows of a frame, n each, of a dataset below VTKHDF that has all frames one after the other; others are not read."""
+    def _rows_of(self, name, frame, of):
+        """The rows of a frame of a dataset below VTKHDF that has all frames one after the other: those `of` its points, or its cells.
+        Others are not read."""
         frame = self._frame(frame)
-        return self._look(lambda f: f[f"VTKHDF/{name}"][n * frame:n * (frame + 1)])
+        return self._look(lambda f: f[f"VTKHDF/{name}"][self._layouts.rows(of, frame)])
+
+    def _of_vertices(self, name, frame):
+        """A field of the vertices in a frame (v, 2). Vertices that cracks have made later have what the elements that they are of had."""
+        values, layout = self._rows_of(name, frame, "points")[:, :2], self._layouts.of_frame[self._frame(frame)]
+        if layout == self._layouts.count - 1:
+            return values
+        return self._cuts(layout).field(values)
+
+    def _cuts(self, layout):
+        """What cracks have made of the elements of a layout since then."""
+        if layout not in self._read_cuts:
+            self._read_cuts[layout] = Cuts(self, layout)
+        return self._read_cuts[layout]
 
     def vertices(self, frame: int = -1) -> np.ndarray:
         """Places of all vertices in a frame (v, 2)."""
-        return self._of_frame("Points", frame, self._n_vertices)[:, :2]
+        return self._of_vertices("Points", frame)
 
     def displacement(self, frame: int = -1) -> np.ndarray:
         """Of all vertices (v, 2) since the start, or since a stage has reset it: `counted_from`."""
-        return self._of_frame("PointData/displacement", frame, self._n_vertices)[:, :2]
+        return self._of_vertices("PointData/displacement", frame)
 
     def velocity(self, frame: int = -1) -> np.ndarray:
         """Of all vertices (v, 2)."""
-        return self._of_frame("PointData/velocity", frame, self._n_vertices)[:, :2]
+        return self._of_vertices("PointData/velocity", frame)
 
     def stress(self, frame: int = -1) -> np.ndarray:
         """Cauchy stress of all elements (e, 3): xx, yy, xy, tension positive. That of blocks is bodies.stress."""
-        return np.stack([self._of_frame(f"CellData/stress_{c}", frame, self.n_elements) for c in ("xx", "yy", "xy")], axis=1)
+        stress = np.stack([self._rows_of(f"CellData/stress_{c}", frame, "cells") for c in ("xx", "yy", "xy")], axis=1)
+        return stress[self._layouts.elements_of(self, self._frame(frame))]
+
+    def joints(self, frame: int = -1) -> np.ndarray:
+        """Joint material of the edge from each vertex of the polygons to the next, polygon after polygon; 0: a line of the mesh, or of a
+        crack that has not grown so far in this frame."""
+        layout = self._layouts.of_frame[self._frame(frame)]
+        return self["elements/joint"] if layout == self._layouts.count - 1 else self._cuts(layout).joint
 
     def corners(self) -> list[np.ndarray]:
         """For each element the vertices that its polygon runs through, counter-clockwise, as rows of `vertices`."""
@@ -317,7 +442,9 @@ class Results(Group):
         """Whether each element is there (e), or a stage has removed its block."""
         if "present" not in self.bodies:
             return np.ones(self.n_elements, bool)
-        return self.bodies.present[self._frame(frame)][self.block - 1] > 0
+        frame = self._frame(frame)
+        own = self._look(lambda f: f["VTKHDF/CellData/block"][self._layouts.cells_of_layout(self._layouts.of_frame[frame])])
+        return self.bodies.present[frame][own[self._layouts.elements_of(self, frame)] - 1] > 0
 
     def contacts_of(self, frame: int = -1) -> Contacts | None:
         """The closed contacts of a frame; None where the scene has no contact."""

@@ -22,6 +22,7 @@ GROUPS = {
     "contact": "Contact between bodies ([stiffness](../howto/stiffness.md), [restitution](../howto/restitution.md)).",
     "materials": "Numbers of the block materials, which replace numbers of the deck: one for each material.",
     "joints": "Joint materials: strength, which replaces numbers of the deck, and stiffness. Give one number for each material ([joints](../howto/joints.md), [stiffness](../howto/stiffness.md)).",
+    "cracks": "When cracks that are drawn grow through a mesh ([how to](../howto/cracks.md)).",
     "fixed_points": "How fixed points and supports act.",
     "loads": "Forces at load points.",
     "blocks": "Blocks that are cut from lines.",

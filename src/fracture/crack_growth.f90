@@ -1,0 +1,229 @@
+!> Which cracks grow, and where to.
+!>
+!> A crack grows at its tip by the piece that lies in the next element, so that its new tip is on a side of a triangle of the mesh.
+!> All places are those of the start: an element is the affine image of its polygon then, so nothing is cut in its deformed shape.
+!>
+!> The crack grows where the largest principal stress, averaged over a half disc before the tip, has reached the tensile strength of
+!> the rock. It grows across that stress.
+module scree_crack_growth
+  use scree_block_finder, only: block_at, block_finder_t, set_up_finder
+  use scree_block_input, only: blocks_t
+  use scree_crack_cutting, only: lines_of_blocks
+  use scree_kinds, only: dp, pi
+  use scree_model, only: model_t
+  use scree_polygon, only: distance_to_segment
+  use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, vertices_after
+  use scree_state, only: state_t
+  implicit none
+  private
+  public :: find_growth, growth_t
+
+  !> Of an edge of the mesh: a piece that would end nearer to a vertex of an element ends in it, as smaller elements would have next
+  !> to no stiffness.
+  real(dp), parameter :: to_vertex = 0.1_dp
+  !> Likewise: how far before the tip it is looked which element comes next, and length of a piece that is none.
+  real(dp), parameter :: ahead = 1e-6_dp
+  real(dp), parameter :: same = 1e-9_dp !! of the extent: places that are nearer to each other are one
+  integer, parameter :: n_rings = 12, n_rays = 24 !! of the points over which stress is averaged
+
+  !> Pieces by which cracks are to grow.
+  type :: growth_t
+    real(dp), allocatable :: piece(:, :)   !! (4, n) x1 y1 x2 y2, from the tip on, at the start, in coordinates of the model, length
+    integer, allocatable :: joint(:)       !! (n) joint material of the cracks
+  end type growth_t
+
+  !> An end of a crack inside a block, at the start, in coordinates of the model.
+  type :: crack_end_t
+    real(dp) :: place(2) = 0.0_dp          !! length
+    real(dp) :: direction(2) = 0.0_dp      !! in which the crack goes on, of length 1
+    real(dp) :: edge = 0.0_dp              !! longest side of the triangle there, length
+    integer :: element = 0, block = 0, joint = 0
+  end type crack_end_t
+
+contains
+
+  !> Finds the tips that grow in a state, and the pieces by which they do.
+  subroutine find_growth(blocks, model, state, growth)
+    type(blocks_t), intent(in) :: blocks   !! with the cracks of the model
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(growth_t), intent(out) :: growth
+    type(crack_end_t), allocatable :: tips(:)
+    type(block_finder_t) :: finder
+    real(dp) :: direction(2), end(2), strength
+    real(dp), allocatable :: piece(:, :)
+    logical :: breaks, grows(2*size(blocks%crack_joint))
+    integer :: i
+
+    call set_up_finder(finder, model%elements%shape, model%start, same*model%extent)
+    tips = ends_of_cracks(blocks, model, state, finder)
+    allocate (piece(4, size(tips)))
+    grows = .false.
+    do i = 1, size(tips)
+      strength = model%settings%crack_strength(model%elements%material(tips(i)%element))
+      if (.not. strength > 0) cycle
+      call judge_tension(mean_stress_before(tips(i), model%settings%crack_length, finder, model, state), strength, &
+                         tips(i)%direction, breaks, direction)
+      if (.not. breaks) cycle
+      call find_end(tips(i), direction, finder, model, end, grows(i))
+      piece(:, i) = [tips(i)%place, end]
+    end do
+    growth%piece = piece(:, pack([(i, i=1, size(tips))], grows(:size(tips))))
+    growth%joint = pack(tips%joint, grows(:size(tips)))
+  end subroutine find_growth
+
+  !> The ends of cracks that neither meet another piece nor lie on the outline of a block.
+  function ends_of_cracks(blocks, model, state, finder) result(tips)
+    type(blocks_t), intent(in) :: blocks
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(block_finder_t), intent(in) :: finder !! of the elements at the start
+    type(crack_end_t), allocatable :: tips(:)
+    type(crack_end_t) :: tip
+    real(dp), allocatable :: line(:, :, :)
+    real(dp) :: corner(2, 3)
+    integer, allocatable :: joint(:)
+    integer :: i, k
+
+    call lines_of_blocks(blocks, line, joint)
+    allocate (tips(0))
+    do i = size(blocks%vertex, 2) + 1, size(joint)
+      do k = 1, 2
+        if (is_met(line(:, k, i), i)) cycle
+        tip%joint = joint(i)
+        tip%direction = line(:, k, i) - line(:, 3 - k, i)
+        tip%direction = tip%direction/norm2(tip%direction)
+        tip%place = line(:, k, i) + blocks%origin - model%origin
+        tip%element = block_at(finder, model%elements%shape, model%start, tip%place)
+        if (tip%element == 0) cycle
+        tip%block = model%elements%block(tip%element)
+        corner = state%cover(:, model%elements%cover(:3, tip%element))
+        tip%edge = sqrt(maxval(sum((corner - corner(:, [2, 3, 1]))**2, 1)))
+        tips = [tips, tip]
+      end do
+    end do
+
+  contains
+
+    !> Whether a place, where a piece ends, lies on another piece or an outline.
+    pure logical function is_met(place, own)
+      real(dp), intent(in) :: place(2)     !! length
+      integer, intent(in) :: own           !! number of that piece among the lines
+      integer :: j
+
+      is_met = .false.
+      do j = 1, size(line, 3)
+        if (j == own) cycle
+        is_met = distance_to_segment(place, line(:, 1, j), line(:, 2, j)) <= same*model%extent
+        if (is_met) return
+      end do
+    end function is_met
+
+  end function ends_of_cracks
+
+  !> Mean stress over the half disc before a tip, in the axes of the start: xx, yy, xy, force/length^2. What of the disc is not in
+  !> the block of the tip does not count; without any of it the stress is 0.
+  !>
+  !> The half disc has points at equal areas, on rings and rays. The stress of an element is turned back by its rotation.
+  function mean_stress_before(tip, radius, finder, model, state) result(stress)
+    type(crack_end_t), intent(in) :: tip
+    real(dp), intent(in) :: radius         !! length
+    type(block_finder_t), intent(in) :: finder !! of the elements at the start
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    real(dp) :: stress(3)
+    real(dp) :: angle, r
+    integer :: e, i, k, n
+
+    stress = 0.0_dp
+    n = 0
+    do i = 1, n_rings
+      r = radius*sqrt((i - 0.5_dp)/n_rings)
+      do k = 1, n_rays
+        angle = pi*((k - 0.5_dp)/n_rays - 0.5_dp)
+        e = block_at(finder, model%elements%shape, model%start, &
+                     tip%place + r*(cos(angle)*tip%direction + sin(angle)*[-tip%direction(2), tip%direction(1)]), &
+                     model%elements%block, tip%block)
+        if (e == 0) cycle
+        n = n + 1
+        stress = stress + turned_back(state%stress(:, e), state%deformation(:, e))
+      end do
+    end do
+    if (n > 0) stress = stress/n
+  end function mean_stress_before
+
+  !> A stress in the axes of the start: those of an element have turned by the rotation of its deformation gradient.
+  pure function turned_back(stress, deformation) result(own)
+    real(dp), intent(in) :: stress(3)      !! xx, yy, xy, force/length^2
+    real(dp), intent(in) :: deformation(4) !! F: xx, yx, xy, yy
+    real(dp) :: own(3)
+    real(dp) :: c, s, middle, double(2)
+
+    c = deformation(1) + deformation(4)
+    s = deformation(2) - deformation(3)
+    double = [c*c - s*s, 2*c*s]/(c*c + s*s) ! cosine and sine of twice the rotation
+    middle = (stress(1) + stress(2))/2
+    own(1) = middle + (stress(1) - stress(2))/2*double(1) + stress(3)*double(2)
+    own(2) = 2*middle - own(1)
+    own(3) = stress(3)*double(1) - (stress(1) - stress(2))/2*double(2)
+  end function turned_back
+
+  !> Whether tension breaks the rock before a tip, and in which direction: across the largest principal stress, onwards.
+  pure subroutine judge_tension(stress, strength, onwards, breaks, direction)
+    real(dp), intent(in) :: stress(3)      !! xx, yy, xy, force/length^2
+    real(dp), intent(in) :: strength       !! force/length^2
+    real(dp), intent(in) :: onwards(2)     !! direction of the crack
+    logical, intent(out) :: breaks
+    real(dp), intent(out) :: direction(2)
+    real(dp) :: angle
+
+    breaks = (stress(1) + stress(2))/2 + sqrt(((stress(1) - stress(2))/2)**2 + stress(3)**2) >= strength
+    angle = 0.5_dp*atan2(2*stress(3), stress(1) - stress(2))
+    direction = [-sin(angle), cos(angle)]
+    if (dot_product(direction, onwards) < 0) direction = -direction
+  end subroutine judge_tension
+
+  !> Finds where a crack that grows in a direction leaves the next element. It goes to a vertex of that where one is near.
+  subroutine find_end(tip, direction, finder, model, end, is_there)
+    type(crack_end_t), intent(in) :: tip
+    real(dp), intent(in) :: direction(2)   !! of length 1
+    type(block_finder_t), intent(in) :: finder !! of the elements at the start
+    type(model_t), intent(in) :: model
+    real(dp), intent(out) :: end(2)        !! length
+    logical, intent(out) :: is_there       !! else the tip has no element before it
+    real(dp), allocatable :: vertex(:, :)
+    integer, allocatable :: next(:)
+    real(dp) :: a(2), b(2), across, nearest, t, way
+    integer :: e, k
+
+    end = tip%place
+    is_there = .false.
+    e = block_at(finder, model%elements%shape, model%start, tip%place + ahead*tip%edge*direction, model%elements%block, tip%block)
+    if (e == 0) return
+    vertex = model%start(:, first_vertex_of(model%elements%shape, e):last_vertex_of(model%elements%shape, e))
+    next = vertices_after(loops_of(model%elements%shape, e))
+    way = huge(way)
+    do k = 1, size(next)
+      a = vertex(:, k) - tip%place
+      b = vertex(:, next(k)) - vertex(:, k)
+      across = direction(1)*b(2) - direction(2)*b(1)
+      if (.not. abs(across) > 0) cycle
+      t = (a(1)*b(2) - a(2)*b(1))/across
+      if (t < ahead*tip%edge .or. t > way) cycle
+      a = a - t*direction ! from the crossing to the beginning of the edge
+      if (dot_product(a, b) > 0 .or. dot_product(a + b, b) < 0) cycle
+      way = t
+    end do
+    if (.not. way < huge(way)) return
+    is_there = .true.
+    end = tip%place + way*direction
+    nearest = to_vertex*tip%edge
+    do k = 1, size(next)
+      if (norm2(vertex(:, k) - tip%place) <= to_vertex*tip%edge) cycle
+      if (norm2(vertex(:, k) - tip%place - way*direction) > nearest) cycle
+      nearest = norm2(vertex(:, k) - tip%place - way*direction)
+      end = vertex(:, k)
+    end do
+  end subroutine find_end
+
+end module scree_crack_growth

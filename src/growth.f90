@@ -1,0 +1,130 @@
+!> Growth of cracks in the middle of a run: the model is cut further, and the state goes on in it.
+module scree_growth
+  use scree_block_input, only: blocks_t
+  use scree_cache, only: rebuild_cache
+  use scree_carry_over, only: carry_through_cut
+  use scree_crack_cutting, only: cut_blocks
+  use scree_crack_growth, only: find_growth, growth_t
+  use scree_energy, only: close_books, stored_energy
+  use scree_equilibrium, only: begin_settling
+  use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_kinds, only: dp
+  use scree_lineage, only: lineage_of, lineage_t
+  use scree_model, only: cache_t, model_t
+  use scree_progress, only: progress_t, tell
+  use scree_scene, only: effect_t, scene_t
+  use scree_set_up, only: set_up
+  use scree_state, only: cracks_t, state_t, time_of_run
+  use scree_text, only: number_text, rounded_text
+  use scree_watch, only: watch_t
+  implicit none
+  private
+  public :: cut_by_cracks, grow_cracks
+
+contains
+
+  !> Lets the cracks grow that do in a state, each by one piece. Static steps come to equilibrium from one side, as damped ones do,
+  !> so cracks need not wait for it.
+  !>
+  !> Errors: a stage has reset displacements; more blocks broke off than the results have room for; those of a cut.
+  subroutine grow_cracks(scene, n_drawn, blocks, model, cache, state, watch, progress, parent, error)
+    type(scene_t), intent(in) :: scene           !! of the stage
+    integer, intent(in) :: n_drawn               !! blocks of the decks
+    type(blocks_t), intent(inout) :: blocks      !! as cracks have cut them
+    type(model_t), intent(inout) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state
+    type(watch_t), intent(inout) :: watch
+    type(progress_t), intent(inout) :: progress
+    integer, allocatable, intent(out) :: parent(:) !! (n_elements) element before that each is part of; not allocated: none grew
+    type(error_t), allocatable, intent(out) :: error
+    type(growth_t) :: growth
+    type(cracks_t) :: own
+    integer :: i, n, n_before
+
+    if (.not. model%settings%cracks_may_grow()) return
+    if (allocated(state%reference)) then
+      call fail(error, status_bad_input, 'expected no stage.reset=displacements or both where cracks may grow, as new vertices '// &
+                'count from the start, found it')
+      return
+    end if
+    call find_growth(blocks, model, state, growth)
+    n = size(growth%joint)
+    if (n == 0) return
+    n_before = size(blocks%material)
+    own%piece = growth%piece + spread(reshape(spread(model%origin - blocks%origin, 2, 2), [4]), 2, n)
+    own%joint = growth%joint
+    own%time = [(time_of_run(state), i=1, n)]
+    call cut_model(scene, own, blocks, model, cache, state, watch, parent, error)
+    if (allocated(error)) return
+    if (.not. allocated(state%cracks)) state%cracks = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [real(dp) ::])
+    associate (all_of_them => state%cracks)
+      all_of_them%piece = reshape([all_of_them%piece, own%piece], [4, size(all_of_them%joint) + n])
+      all_of_them%joint = [all_of_them%joint, own%joint]
+      all_of_them%time = [all_of_them%time, own%time]
+    end associate
+    if (size(blocks%material) == n_before) return
+    call tell(progress, 'a crack cuts through at time '//rounded_text(time_of_run(state))//': '// &
+              number_text(size(blocks%material))//' blocks')
+    if (size(blocks%material) > n_drawn + model%settings%crack_parts) &
+      call fail(error, status_run_failed, 'a block breaks off for which the results have no room; try cracks.parts above '// &
+                number_text(model%settings%crack_parts))
+  end subroutine grow_cracks
+
+  !> Cuts blocks by the pieces of cracks that have grown so far, those of one time at once, as the run has done it.
+  subroutine cut_by_cracks(cracks, blocks, error)
+    type(cracks_t), intent(in) :: cracks
+    type(blocks_t), intent(inout) :: blocks
+    type(error_t), allocatable, intent(out) :: error
+    integer :: from, to
+
+    from = 1
+    do while (from <= size(cracks%joint))
+      to = from + count(.not. cracks%time(from:) > cracks%time(from)) - 1
+      call cut_blocks(cracks%piece(:, from:to), cracks%joint(from:to), blocks, error)
+      if (allocated(error)) return
+      from = to + 1
+    end do
+  end subroutine cut_by_cracks
+
+  !> Cuts the blocks of a model further, makes the model of them, and has the state go on in it.
+  subroutine cut_model(scene, cracks, blocks, model, cache, state, watch, parent, error)
+    type(scene_t), intent(in) :: scene           !! of the stage
+    type(cracks_t), intent(in) :: cracks         !! further pieces, of one time
+    type(blocks_t), intent(inout) :: blocks
+    type(model_t), intent(inout) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state
+    type(watch_t), intent(inout) :: watch
+    integer, allocatable, intent(out) :: parent(:) !! (n_elements) element before that each is part of
+    type(error_t), allocatable, intent(out) :: error
+    type(model_t) :: cut
+    type(state_t) :: on
+    type(lineage_t) :: lineage
+    type(effect_t), allocatable :: list(:)
+    real(dp) :: before                           !! energy
+
+    call cut_by_cracks(cracks, blocks, error)
+    if (allocated(error)) return
+    call set_up(scene, blocks, cut, on, list, error)
+    if (allocated(error)) return
+    lineage = lineage_of(model, cut)
+    call carry_through_cut(model, state, lineage, cut, on)
+    cut%settings%threads = model%settings%threads
+    watch%soft = watch%soft(lineage%element)
+    before = stored_energy(state%books)
+    parent = lineage%element
+    model = cut
+    state = on
+    allocate (state%factored(0)) ! its matrices are others
+    call rebuild_cache(model, state, cache)
+    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
+    call close_books(model, cache, state)
+    state%books%staged = state%books%staged + stored_energy(state%books) - before
+    if (.not. model%settings%balance > 0) return
+    call begin_settling(model, state)
+    state%pace%size = model%settings%step_size
+    state%pace%easy = 0
+  end subroutine cut_model
+
+end module scree_growth

@@ -1,0 +1,144 @@
+"""Cracks that grow through a mesh, in the program: parts that break off fly free, paths turn with the scene, and runs go on to the bit."""
+import math
+import os
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+import scree
+
+SCREE = os.environ["SCREE"]
+
+
+def lines_of(points, joint=1):
+    return [" ".join(f"{x:.17g}" for x in (*a, *b)) + f" {joint}" for a, b in zip(points, points[1:])]
+
+
+def write(folder, outline, cracks, groups, *, name="scene", dynamic=False, steps=60, dt=1.0, weight=0.0, velocity="0 0 0"):
+    """A block with cracks, E 20 GPa, nu 0.25, density 2600."""
+    closed = [*outline, outline[0]]
+    rows = [*lines_of(closed), *(line for crack in cracks for line in lines_of(crack))]
+    (folder / f"{name}.geo").write_text("\n".join(["1e-6", f"{len(rows)} {len(outline)}", "0", "0", "0", "0", "0", "0", *rows, ""]))
+    (folder / f"{name}.ana").write_text("\n".join([
+        f"{int(dynamic)} {steps} 1 1 0.05 {dt}", f"2600 {weight} 2e10 0.25", "0 0 0", "0 0 0", velocity, "30 0 0",
+        f"&deck geometry='{name}.geo' /", "&method model='nmm', plane='strain' /", groups, ""]))
+    return folder / f"{name}.ana"
+
+
+def turned(points, angle):
+    c, s = math.cos(angle), math.sin(angle)
+    return [(c * x - s * y, s * x + c * y) for x, y in points]
+
+
+def numbers(points):
+    return " ".join(f"{x:.17g}" for point in points for x in point)
+
+
+def plate(folder, angle=0.0, steps=12, groups="", **more):
+    """A plate of 2 x 2 with a crack from its left side, that its upper side pulls at."""
+    def turn(*points):
+        return turned(points, angle)
+    (up,) = turn((0, 1.5e6))
+    return write(folder, turn((0, 0), (2, 0), (2, 2), (0, 2)), [turn((0, 0.9), (0.6, 1.013))], f"""
+&cover edge=0.1, angle={math.degrees(angle)!r} /
+&support both={numbers(turn((0, 0), (2, 0)))} /
+&boundary lines={numbers(turn((0, 2), (2, 2)))}, traction={numbers([up, up])} /
+&cracks strength=2e6, length=0.2 /
+&output every=1 /
+{groups}""", steps=steps, **more)
+
+
+def crack_edges(r, frame=-1):
+    """Middles of the edges that have a joint, at the start, in the order of the places."""
+    ends = [(a, b) for polygon, joint in zip(r.polygons(0), np.split(r.joints(frame), r["VTKHDF/Offsets"][1:-1]))
+            for a, b, j in zip(polygon, np.roll(polygon, -1, axis=0), joint) if j]
+    return np.array([(a + b) / 2 for a, b in ends])
+
+
+def test_a_part_that_breaks_off_falls_freely(tmp_path):
+    """A block hangs on its upper side; a notch cuts it by half, and the rest tears. The lower part falls by g t^2/2 from then on."""
+    g, density, height = 10.0, 2600.0, 2.0
+    write(tmp_path, [(0, 0), (1, 0), (1, height), (0, height)], [[(0, 1.01), (0.3, 1.01)], [(1, 1.01), (0.7, 1.01)]], f"""
+&cover edge=0.09 /
+&support both=0 {height} 1 {height} /
+&cracks strength={density * g * 1.0}, length=0.2 /
+&output every=1 /""", name="hanging", dynamic=True, steps=120, dt=2e-3, weight=density * g)
+    r = scree.run(tmp_path / "hanging.ana", timeout=600)
+    there = r.bodies.present.sum(axis=1)
+    assert there[0] == 1 and there[-1] == 2
+    part = r.block[np.argmin([polygon[:, 1].mean() for polygon in r.polygons(-1)])] - 1
+    free = int(np.argmax(there == 2)) + 20
+    assert r.contacts_of(-1).__len__() == 0
+    t, y, v = r.times[free:], r.bodies.centroid[free:, part, 1], r.bodies.velocity[free:, part, 1]
+    t = t - t[0]
+    assert y == pytest.approx(y[0] + v[0] * t - g * t**2 / 2, abs=2e-3 * g * t[-1]**2 / 2)
+    area = r.bodies.area.sum(axis=1)
+    assert area == pytest.approx(np.full(len(area), 2.0), rel=1e-4)
+
+
+def test_a_path_turns_with_the_scene(tmp_path):
+    paths = []
+    for angle in (0.0, math.radians(90), math.radians(37)):
+        folder = tmp_path / f"{angle:.2f}"
+        folder.mkdir()
+        r = scree.run(plate(folder, angle), timeout=600)
+        assert r._layouts.count > 5
+        path = np.array(turned(crack_edges(r), -angle))
+        paths.append(path[np.lexsort(np.round(path, 6).T)])
+    for path in paths[1:]:
+        assert path == pytest.approx(paths[0], abs=1e-6)
+
+
+def test_a_crack_grows_at_its_strength_and_not_below(tmp_path):
+    """The load at which the first piece grows is that at which the mean tension before the tip, linear in the load, is the strength."""
+    grown = []
+    for share in (0.9, 1.0, 1.1):
+        deck = plate(tmp_path, groups="&step balance=1e-6 /", steps=40).read_text()
+        (tmp_path / "scene.ana").write_text(deck.replace("strength=2e6", f"strength={share * 4.5e6!r}"))
+        grown.append(scree.run(tmp_path / "scene.ana", timeout=600)._layouts.count > 1)
+    assert grown == sorted(grown, reverse=True)
+
+
+def test_a_run_goes_on_to_the_bit_in_the_middle_of_growth(tmp_path):
+    deck = plate(tmp_path)
+    whole, half = tmp_path / "whole.h5", tmp_path / "half.h5"
+    subprocess.run([SCREE, "run", deck, "-o", whole, "--quiet"], check=True)
+    subprocess.run([SCREE, "run", deck, "-o", half, "--quiet", "--set", "step.count=6"], check=True)
+    subprocess.run([SCREE, "run", "--restart", half, "-o", half, "--quiet", "--set", "step.count=12"], check=True)
+    with h5py.File(whole) as a, h5py.File(half) as b:
+        names = []
+        a.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        assert "elements/parent" in names
+        for name in names:
+            if name.split("/")[0] in ("VTKHDF", "elements", "history", "bodies", "contacts"):
+                assert a[name][()].tobytes() == b[name][()].tobytes(), name
+
+
+def test_all_frames_are_of_the_elements_of_the_last(tmp_path):
+    r = scree.run(plate(tmp_path), timeout=600)
+    for frame in (0, 5, -1):
+        assert len(r.polygons(frame)) == len(r.stress(frame)) == len(r.block) == r.n_elements
+        x, y = (np.concatenate(c) for c in zip(*((p[:, 0] * np.roll(p[:, 1], -1), np.roll(p[:, 0], -1) * p[:, 1])
+                                                 for p in r.polygons(frame))))
+        assert (x - y).sum() / 2 == pytest.approx(r.bodies.area[frame].sum(), rel=1e-12)
+        assert r.present(frame).all()
+    assert (r.joints(0) > 0).sum() < (r.joints(-1) > 0).sum()
+
+
+@pytest.mark.parametrize("change, words", [
+    (("model='nmm'", "model='dda'"), "DDA block"),
+    ((", length=0.2", ""), "cracks.length"),
+    (("&output every=1 /", "&output every=1 /\n&step accuracy=1e-3 /"), "step.accuracy"),
+])
+def test_what_cracks_cannot_do_is_refused(change, words, tmp_path):
+    deck = plate(tmp_path)
+    deck.write_text(deck.read_text().replace(*change))
+    refused = subprocess.run([SCREE, "run", deck, "-o", tmp_path / "x.h5"], capture_output=True, text=True)
+    assert refused.returncode == 2 and words in refused.stderr, refused.stderr
+
+
+def test_files_whose_polygons_cannot_change_are_refused(tmp_path):
+    for option in ("--xdmf", "--classic-output"):
+        refused = subprocess.run([SCREE, "run", plate(tmp_path), "-o", tmp_path / "x.h5", option], capture_output=True, text=True)
+        assert refused.returncode == 2 and option in refused.stderr
