@@ -19,10 +19,10 @@
 !> as large as the weight of its point. Mass, the forces of Green strain and their changes are of degree four, so they equal those
 !> of simplex integration (Shi 1984).
 module scree_second_order
+  use scree_ear_cutting, only: ears_of
   use scree_kinds, only: dp
   use scree_keyholes, only: polygons_of
   use scree_polygon, only: twice_area
-  use scree_predicates, only: orientation
   use scree_regions, only: joint_between, regions_t
   use scree_system, only: element_unknowns, elements_t, sampling_t
   implicit none
@@ -182,70 +182,24 @@ contains
     real(dp), intent(in) :: vertex(:, :)                  !! (2, n_vertices) length
     integer, allocatable, intent(out) :: first(:)         !! (n_elements+1)
     integer, allocatable, intent(out) :: triangle(:, :)   !! (3, n) vertices, counter-clockwise
-    integer, allocatable :: corner(:), first_corner(:), left(:)
-    integer :: all_of_them(3, 3*size(shape%joint)), e, ear, m, n
+    integer, allocatable :: corner(:), ears(:, :), first_corner(:)
+    integer :: all_of_them(3, 3*size(shape%joint)), e, k, n
 
     call polygons_of(shape, vertex, first_corner, corner)
     allocate (first(size(first_corner)))
     n = 0
     do e = 1, size(first) - 1
       first(e) = n + 1
-      left = corner(first_corner(e):first_corner(e + 1) - 1)
-      do while (size(left) >= 3)
-        m = size(left)
-        ear = best_ear(vertex(:, left))
-        associate (three => left([modulo(ear - 2, m) + 1, ear, modulo(ear, m) + 1]))
-          if (twice_area(vertex(:, three)) > 0) then
-            n = n + 1
-            all_of_them(:, n) = three
-          end if
-        end associate
-        left = [left(:ear - 1), left(ear + 1:)]
-      end do
+      associate (own => corner(first_corner(e):first_corner(e + 1) - 1))
+        ears = ears_of(vertex(:, own))
+        do k = 1, size(ears, 2)
+          all_of_them(:, n + k) = own(ears(:, k))
+        end do
+      end associate
+      n = n + size(ears, 2)
     end do
     first(size(first)) = n + 1
     triangle = all_of_them(:, :n)
   end subroutine cut_into_triangles
-
-  !> The corner of a polygon that is to be cut off first: one on a straight edge, as that makes no triangle, else the one with the
-  !> best triangle that holds no other corner.
-  pure integer function best_ear(x) result(best)
-    real(dp), intent(in) :: x(:, :)     !! (2, n) counter-clockwise, length
-    real(dp), parameter :: flat = 1e-12_dp !! twice the area over the longest edge squared: no triangle
-    real(dp) :: most, three(2, 3), quality
-    integer :: i, n
-
-    n = size(x, 2)
-    best = 1
-    most = -huge(most)
-    do i = 1, n
-      three = x(:, [modulo(i - 2, n) + 1, i, modulo(i, n) + 1])
-      quality = twice_area(three)/max(maxval(sum((three - three(:, [2, 3, 1]))**2, 1)), tiny(most))
-      if (abs(quality) < flat) then
-        best = i
-        return
-      end if
-      if (quality <= most) cycle
-      if (quality > 0) then
-        if (any_inside(x, three)) cycle
-      end if
-      most = quality
-      best = i
-    end do
-  end function best_ear
-
-  !> Whether any corner of a polygon lies in a triangle of three of them, or on its edges, and is not one of its corners.
-  pure logical function any_inside(x, three)
-    real(dp), intent(in) :: x(:, :)     !! (2, n)
-    real(dp), intent(in) :: three(2, 3) !! counter-clockwise
-    integer :: i, k
-
-    any_inside = .true.
-    do i = 1, size(x, 2)
-      if (any(all(abs(three - spread(x(:, i), 2, 3)) <= 0, 1))) cycle
-      if (all([(orientation(three(:, k), three(:, modulo(k, 3) + 1), x(:, i)) >= 0, k=1, 3)])) return
-    end do
-    any_inside = .false.
-  end function any_inside
 
 end module scree_second_order

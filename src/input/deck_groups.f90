@@ -69,7 +69,7 @@ contains
     holds_for_the_run = any(group == [character(len=12) :: 'deck', 'method', 'cover', 'blocks', 'fixed_points', &
                                                          'in_situ', 'excavation']) .or. &
                         any(name == [character(len=17) :: 'contact.method', 'contact.rules', 'contact.adapt', 'contact.initial', &
-                                     'bolts.limit', 'output.checkpoint'])
+                                     'bolts.limit', 'output.checkpoint', 'output.cracks'])
   end function holds_for_the_run
 
 end module scree_deck_groups

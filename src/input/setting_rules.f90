@@ -263,6 +263,8 @@ module scree_setting_rules
                    'it is the other component of that record'), &
     setting_rule_t('acceleration.scale', '', 'acceleration.table or acceleration.file', is_given, .true., &
                    'there is nothing to scale'), &
+    setting_rule_t('output.cracks', 'tips', 'cover.edge or cover.mesh', is_given, .true., &
+                   'a crack has no tips in a block of one strain'), &
     setting_rule_t('output.interval', '', 'output.every', is_not_given, .true., 'frames are counted by time or by steps')]
 
 contains

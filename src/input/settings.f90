@@ -450,6 +450,8 @@ contains
                             open=.true.), s%frame_interval)
     call row%choice(setting_t('output', 'error', 'estimate of the error of the steps', choices='|none|estimate|', &
                               default='none; estimate with step.accuracy'), s%estimates_error, s%aim > 0)
+    call row%choice(setting_t('output', 'cracks', 'stress intensity factors of the tips of cracks, in each step', &
+                              choices='|none|tips|', default='none'), s%measures_tips, .false.)
     call row%choice(setting_t('output', 'problems', &
                               'friction problems to write for tools/bench problems: those that were not solved, or all', &
                               choices='|none|failed|all|'), s%problems, problems_none)

@@ -7,6 +7,7 @@ module scree_model
   use scree_bodies, only: bodies_t
   use scree_bolt, only: bolt_t
   use scree_contacts, only: contact_law_t, contact_search_t
+  use scree_crack_tip, only: crack_tip_t
   use scree_edge_load, only: edge_load_t
   use scree_equations, only: equations_t
   use scree_fixed_point, only: fixed_point_t
@@ -68,6 +69,7 @@ module scree_model
     type(settings_t) :: settings
     real(dp), allocatable :: start(:, :)       !! (2, n_vertices) where the vertices of the elements begin, length
     real(dp), allocatable :: start_point(:, :) !! (2, n_points) where the points do, length
+    type(crack_tip_t), allocatable :: tip(:)   !! of cracks, whose stress intensity the scene asks for
   end type model_t
 
   !> Data that follow from model and state, kept because they are expensive to compute; and problems that are to be written.

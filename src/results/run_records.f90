@@ -3,6 +3,7 @@ module scree_run_records
   use scree_bolt, only: ends_of, forces_of, lengths_of
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_t, state_open
+  use scree_crack_records, only: crack_records_t, declare_cracks, put_cracks
   use scree_deviation, only: error_of_blocks, share_off
   use scree_energy, only: dissipated_energy
   use scree_equilibrium, only: balance_t
@@ -39,6 +40,7 @@ module scree_run_records
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
+    type(crack_records_t) :: cracks
   end type records_t
 
   !> Whether any stage of a run has an effect, so that its series exist in all stages.
@@ -88,12 +90,11 @@ contains
     call declare_costs()
     if (kinds%error) call declare_errors()
     call declare_rest()
-    associate (effects => model%effects)
-      if (allocated(effects%contact)) call declare_open_close()
-      call declare_bodies()
-      if (allocated(effects%contact)) call declare_contacts()
-      if (allocated(effects%bolt)) call declare_bolts(size(effects%bolt%stiffness, 2))
-    end associate
+    if (allocated(model%tip)) call declare_cracks(results, model%tip, records%cracks, error)
+    if (allocated(model%effects%contact)) call declare_open_close()
+    call declare_bodies()
+    if (allocated(model%effects%contact)) call declare_contacts()
+    if (allocated(model%effects%bolt)) call declare_bolts(size(model%effects%bolt%stiffness, 2))
     records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
     if (size(records%measured) > 0) call declare_points()
 
@@ -375,6 +376,7 @@ contains
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%green, [real(count(state%green), dp)])
     call put_errors()
+    if (allocated(model%tip)) call put_cracks(results, records%cracks, model, cache, state, error)
     if (records%unbalanced > 0) then
       if (allocated(report%balance)) balance = report%balance
       call put(records%unbalanced, [balance%share])

@@ -17,11 +17,12 @@ module scree_set_up
   use scree_outlines, only: make_outlines
   use scree_loaded_edges, only: absorb_on_edges, load_carriers, load_edges
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
+  use scree_measured_tips, only: measure_tips
   use scree_mesh, only: mesh_t
   use scree_model, only: model_t
   use scree_rollers, only: hold_edges, roller_t
   use scree_scene, only: effect_t, model_dda, scene_t
-  use scree_setting_table, only: from_of, given_at
+  use scree_setting_table, only: given_at
   use scree_sorting, only: columns
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
@@ -80,6 +81,8 @@ contains
     end if
     if (allocated(model%sampling)) call check_second_order(scene, model, error)
     if (allocated(error)) return
+    if (scene%settings%measures_tips) call measure_tips(scene, blocks, model, state%cover, error)
+    if (allocated(error)) return
     call leave_out_fixed(model, state)
     call check_sleep(scene, model, error)
     if (allocated(error) .or. .not. allocated(model%effects%contact)) return
@@ -93,7 +96,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (allocated(model%effects%gravity) .or. .not. model%settings%sleep > 0) return
-    if (from_of(scene%words, 'step.sleep') == 'default') return
+    if (len(given_at(scene%words, 'step.sleep')) == 0) return
     call fail(error, status_bad_input, given_at(scene%words, 'step.sleep')//': expected blocks with weight with step.sleep, '// &
               'which is relative to it, found none')
   end subroutine check_sleep
@@ -273,7 +276,7 @@ contains
     high = maxval(state%vertex, 2)
     associate (s => scene%settings)
       if (allocated(scene%mesh)) then
-        from = from_of(scene%words, 'cover.mesh')
+        from = given_at(scene%words, 'cover.mesh')
         mesh = scene%mesh
         mesh%node = mesh%node - spread(system%origin, 2, size(mesh%node, 2))
       else

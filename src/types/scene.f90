@@ -264,6 +264,7 @@ module scree_scene
     integer :: checkpoint_every = 0         !! frames from checkpoint to checkpoint; 0: one where the run ends
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
     logical :: estimates_error = .false.    !! of the steps
+    logical :: measures_tips = .false.      !! stress intensity of the tips of cracks, in each step
     integer :: problems = problems_none     !! of friction, that are written to the results
     ! what follows from these and the numbers of the deck
     logical :: loads_at_end = .false.       !! steps feel the loads of their end, not their mean

@@ -22,7 +22,7 @@ module worlds
   use scree_time_stepper, only: step_report_t
   implicit none
   private
-  public :: box, default_rock, end_world, jointed_rock, model_of_polygons, read_world, take_step, world_t
+  public :: box, cracked_plate, default_rock, end_world, jointed_rock, model_of_polygons, read_world, take_step, world_t
 
   !> The material of blocks where a test names none: E 1e4, nu 0.2, density 2, no weight.
   type(block_material_t), parameter :: default_rock = block_material_t(density=2.0_dp, young=1e4_dp, poisson=0.2_dp)
@@ -93,6 +93,32 @@ contains
       error stop 1
     end if
   end subroutine read_world
+
+  !> Makes a plate, from -1 to 1 in x and y, that joints cut; no friction, no support.
+  subroutine cracked_plate(ends, world, groups, rock, joint, carried, error)
+    real(dp), intent(in) :: ends(:, :)                         !! (4, n) x1 y1 x2 y2 of each joint
+    type(world_t), intent(out) :: world
+    character(len=*), intent(in) :: groups                     !! named groups, with a mesh
+    type(block_material_t), intent(in), optional :: rock
+    type(joint_material_t), intent(in), optional :: joint
+    real(dp), intent(in), optional :: carried                  !! share of the velocity that a step hands on: 1, or 0 for statics
+    type(error_t), allocatable, intent(out), optional :: error
+    type(block_material_t) :: own
+    integer :: i, unit
+
+    own = default_rock
+    if (present(rock)) own = rock
+    open (newunit=unit, file=stem()//'.geo', action='write', status='replace')
+    write (unit, '(a)') '1e-6'
+    write (unit, '(i0)') size(ends, 2) + 4, 4, 0, 0, 0, 0, 0, 0
+    write (unit, '(a)') '-1 -1 1 -1 1', '1 -1 1 1 1', '1 1 -1 1 1', '-1 1 -1 -1 1'
+    write (unit, '(4(1x,es24.16e3),a)') (ends(:, i), ' 1', i=1, size(ends, 2))
+    close (unit)
+    call write_analysis(stem()//'.ana', groups, [own], joint, carried=carried)
+    call read_world(stem()//'.geo', stem()//'.ana', world, error=error)
+    call remove(stem()//'.geo')
+    call remove(stem()//'.ana')
+  end subroutine cracked_plate
 
   !> Makes a rock, 10 by 10, that random joints cut, on a fixed line near its foot; kg, m, s, N.
   subroutine jointed_rock(n_joints, seed, world, groups)

@@ -1,0 +1,80 @@
+!> Series of the tips of cracks, with a row each step: /history/cracks.
+module scree_crack_records
+  use scree_crack_tip, only: crack_tip_t
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_results_file, only: declare_series, put_series, results_t
+  use scree_state, only: state_t
+  use scree_stress_intensity, only: place_of_tip, stress_intensity
+  implicit none
+  private
+  public :: crack_records_t, declare_cracks, put_cracks
+
+  !> Handles of the series; 0 where no stress intensity is asked for.
+  type :: crack_records_t
+    integer :: place = 0, opening = 0, shear = 0, length = 0
+  end type crack_records_t
+
+contains
+
+  !> Declares the series of some tips.
+  subroutine declare_cracks(results, tips, records, error)
+    type(results_t), intent(inout) :: results
+    type(crack_tip_t), intent(in) :: tips(:)
+    type(crack_records_t), intent(out) :: records
+    type(error_t), allocatable, intent(inout) :: error
+
+    call a_series('place', [2, size(tips)], 'length', 'place of each tip', records%place)
+    call a_series('K_I', [size(tips)], 'force/length^2*length^(1/2)', 'stress intensity factor of mode I', records%opening)
+    call a_series('K_II', [size(tips)], 'force/length^2*length^(1/2)', 'stress intensity factor of mode II', records%shear)
+    call a_series('length', [size(tips)], 'length', 'length of the crack of each tip', records%length)
+
+  contains
+
+    !> Declares one series.
+    subroutine a_series(name, shape, units, description, handle)
+      character(len=*), intent(in) :: name, units, description
+      integer, intent(in) :: shape(:)
+      integer, intent(out) :: handle
+
+      handle = 0
+      if (.not. allocated(error)) &
+        call declare_series(results, '/history/cracks/'//name, shape, units, description, handle, error)
+    end subroutine a_series
+
+  end subroutine declare_cracks
+
+  !> A row of each series. Errors: a number that is not finite.
+  subroutine put_cracks(results, records, model, cache, state, error)
+    type(results_t), intent(inout) :: results
+    type(crack_records_t), intent(in) :: records
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(error_t), allocatable, intent(inout) :: error
+    real(dp) :: K(2, size(model%tip)), place(2, size(model%tip))
+    integer :: i
+
+    do i = 1, size(model%tip)
+      place(:, i) = place_of_tip(model, state, model%tip(i)) + model%origin
+      K(:, i) = stress_intensity(model, cache, state, model%tip(i))
+    end do
+    call put(records%place, [place])
+    call put(records%opening, K(1, :))
+    call put(records%shear, K(2, :))
+    call put(records%length, model%tip%length)
+
+  contains
+
+    !> Adds a row to one series.
+    subroutine put(handle, values)
+      integer, intent(in) :: handle
+      real(dp), intent(in) :: values(:)
+
+      if (.not. allocated(error)) call put_series(results, handle, values, error)
+    end subroutine put
+
+  end subroutine put_cracks
+
+end module scree_crack_records

@@ -1,0 +1,41 @@
+!> Tips of cracks: the places in blocks where joints end.
+module scree_crack_tip
+  use scree_kinds, only: dp
+  implicit none
+  private
+  public :: crack_tip_t, tip_disc_t
+
+  !> Disc around a tip over which its stress intensity is an integral (`scree_stress_intensity`).
+  !>
+  !> Stress, displacement gradient and body force are constant in an element. So the integral is a sum over the elements of the
+  !> disc, with weights that follow from the start alone. They are in the axes of the tip: 1 along its direction, 2 turned left.
+  type :: tip_disc_t
+    real(dp) :: radius = 0.0_dp                   !! length
+    integer, allocatable :: element(:)            !! (n) elements in the disc
+    real(dp), allocatable :: area(:)              !! (n) at the start, length^2
+    real(dp), allocatable :: of_stress(:, :, :)   !! (3, modes, n) of s_11, s_22, s_12, length^(1/2)/stiffness
+    real(dp), allocatable :: of_gradient(:, :, :) !! (2, modes, n) of u_1,1 and u_2,1, length^(1/2)
+    real(dp), allocatable :: of_force(:, :, :)    !! (2, modes, n) of the body force, length^(3/2)/stiffness
+    real(dp) :: of_start(2) = 0.0_dp              !! (modes) what the gradient of the initial stress adds
+    real(dp) :: modulus = 0.0_dp                  !! E/(1 - nu^2) in plane strain, E in plane stress, force/length^2
+    real(dp) :: shear = 0.0_dp                    !! shear modulus, force/length^2
+    real(dp) :: kappa = 0.0_dp                    !! 3 - 4 nu in plane strain, (3 - nu)/(1 + nu) in plane stress
+  end type tip_disc_t
+
+  !> A tip, in the configuration of the start and the coordinates of the model.
+  type :: crack_tip_t
+    real(dp) :: place(2) = 0.0_dp         !! length
+    real(dp) :: direction(2) = 0.0_dp     !! of the last piece of the crack, outward, of length 1
+    integer :: crack = 0                  !! number of the crack: pieces that meet have the same
+    integer :: joint = 0                  !! joint material of the last piece
+    integer :: block = 0
+    integer :: element = 0                !! element that holds the tip
+    real(dp) :: length = 0.0_dp           !! of all pieces of the crack
+    real(dp) :: edge = 0.0_dp             !! longest side of the triangle of the mesh at the tip
+    real(dp) :: to_tip = 0.0_dp           !! distance to the nearest other tip of the block; huge: there is none
+    real(dp) :: to_face = 0.0_dp          !! distance to the nearest outline of a block, or piece that is not of the path
+    real(dp), allocatable :: path(:, :)   !! (2, n) the crack from the tip back to where it ends or branches
+    type(tip_disc_t) :: disc
+  end type crack_tip_t
+
+end module scree_crack_tip
