@@ -197,6 +197,9 @@ contains
                            open=.true.), s%water_weight)
     call row%reals(setting_t('absorbing', 'lines', 'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves', &
                              'length'), s%absorbing_lines)
+    call row%reals(setting_t('absorbing', 'sides', &
+                             'x1 y1 x2 y2 of vertical lines at the sides; edges on them absorb what differs from a free field', &
+                             'length'), s%absorbing_sides)
     call row%reals(setting_t('absorbing', 'base', &
                              'x1 y1 x2 y2 of lines; edges of blocks on them absorb waves and let a wave in', &
                              'length'), s%absorbing_base)

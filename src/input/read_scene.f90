@@ -506,6 +506,7 @@ contains
       call check('support.moved', s%support_moved)
       call check('absorbing.lines', s%absorbing_lines)
       call check('absorbing.base', s%absorbing_base)
+      call check('absorbing.sides', s%absorbing_sides)
       call check_points('support.points', s%support_points)
       call check_points('support.points_x', s%support_points_x)
       call check_points('support.points_y', s%support_points_y)

@@ -123,9 +123,26 @@ module scree_setting_rules
     setting_rule_t('support.moved', '', 'support.velocity or support.table', is_given, .false., 'its motion is unknown'), &
     setting_rule_t('water.unit_weight', '', 'water.table', is_given, .true., 'there is no water'), &
     setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'without a unit weight its pressure is unknown'), &
+    setting_rule_t('damping.fraction', '', 'damping.mass', is_not_given, .true., 'it stands for damping.mass'), &
+    setting_rule_t('damping.fraction', '', 'damping.stiffness', is_not_given, .true., 'it stands for damping.stiffness'), &
+    setting_rule_t('damping.fraction', '', 'damping.frequency', is_given, .false., 'damping depends on the frequency'), &
+    setting_rule_t('damping.frequency', '', 'damping.fraction', is_given, .true., 'there is no fraction to have there'), &
+    setting_rule_t('damping.stiffness, damping.fraction', '', 'k01', is_positive, .false., 'a static step has no velocity'), &
+    setting_rule_t('integrator.scheme', 'central_difference', 'damping.stiffness', is_not_given, .false., &
+                   'explicit steps would become unstable with it'), &
+    setting_rule_t('integrator.scheme', 'central_difference', 'damping.fraction', is_not_given, .false., &
+                   'explicit steps would become unstable with it'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'damping.stiffness', is_not_given, .false., &
+                   'rigid blocks have no strain'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'damping.fraction', is_not_given, .false., &
+                   'rigid blocks have no strain'), &
+    setting_rule_t('integrator.scheme', 'small_steps', 'absorbing.sides', is_not_given, .false., &
+                   'no wave runs through rigid blocks'), &
+    setting_rule_t('cover.order', '1', 'absorbing.sides', is_not_given, .false., 'absorbing edges must stay straight'), &
     setting_rule_t('absorbing.file', '', 'absorbing.table', is_not_given, .true., 'a scene has one wave'), &
     setting_rule_t('absorbing.scale', '', 'absorbing.table or absorbing.file', is_given, .true., 'there is nothing to scale'), &
-    setting_rule_t('absorbing.lines, absorbing.base', '', 'k01', is_positive, .false., 'a static step has no velocity'), &
+    setting_rule_t('absorbing.lines, absorbing.base, absorbing.sides', '', 'k01', is_positive, .false., &
+                   'a static step has no velocity'), &
     setting_rule_t('absorbing.base', '', 'absorbing.table or absorbing.file', is_given, .false., 'it needs a wave that comes in'), &
     setting_rule_t('absorbing.table, absorbing.file', '', 'absorbing.base', is_given, .false., 'a wave needs a base to come in'), &
     setting_rule_t('bolts.stiffness, bolts.pretension, bolts.strength, bolts.shear_stiffness, '// &

@@ -416,7 +416,7 @@ contains
                    s%dilation_slip)
   end subroutine visit_joints
 
-  !> Settings of the ground and of mass damping.
+  !> Settings of the ground and of damping.
   subroutine visit_ground(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -434,6 +434,12 @@ contains
                   when=allocated(s%ground_table) .or. allocated(s%ground_file))
     call row%real(setting_t('damping', 'mass', 'alpha of the damping force -alpha M v', '1/time', 0.0_dp, &
                             default='0'), s%mass_damping)
+    call row%real(setting_t('damping', 'stiffness', 'beta of the damping force -beta K v of the rock', 'time', 0.0_dp, &
+                            default='0'), s%stiffness_damping)
+    call row%real(setting_t('damping', 'fraction', 'fraction of critical damping at damping.frequency, half of it by stiffness', &
+                            '1', 0.0_dp, default='0'), s%damping_fraction)
+    call row%real(setting_t('damping', 'frequency', 'frequency at which damping.fraction is least', '1/time', 0.0_dp, open=.true., &
+                            default='0'), s%damping_frequency)
   end subroutine visit_ground
 
   !> The frames of the results.

@@ -118,7 +118,7 @@ contains
     stands_on = allocated(before%value)
     if (.not. stands_on) return
     if (row%group == 'stage' .or. row%group == 'acceleration' .or. row%name == 'ramp') stands_on = .false.
-    if (row%group == 'absorbing' .and. .not. any(row%name == [character(len=5) :: 'lines', 'base'])) stands_on = .false.
+    if (row%group == 'absorbing' .and. .not. any(row%name == [character(len=5) :: 'lines', 'base', 'sides'])) stands_on = .false.
     if (row%group == 'step' .and. says_kind) stands_on = before%from == '--set'
   end function stands_on
 
@@ -286,6 +286,7 @@ contains
     call add(settings%boundary_lines)
     call add(settings%absorbing_lines)
     call add(settings%absorbing_base)
+    call add(settings%absorbing_sides)
     if (.not. allocated(settings%removed_inside)) return
     call part_polygons(settings%removed_inside, corner, first)
     if (.not. allocated(first)) return ! an error that `find_inside` tells

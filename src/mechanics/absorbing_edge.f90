@@ -13,6 +13,10 @@
 !> with T1, T2 at its ends, T12 their sum. n and l are those of the beginning of the step. C is symmetric and not below 0: it takes
 !> energy, at any angle, and does so fully from what comes along n.
 !>
+!> Beside an edge at a side a free field moves (`scree_free_field`). The rock there goes on as a column of its layers, with the
+!> velocity w' and the stress s, so that t = Z (w' - v) + s n. The stress follows from the rise of the displacement w over the
+!> height of the edge: s_xx = D12 dw_y/dy, s_xy = D33 dw_x/dy, and where stiffness is damped of w + beta w'.
+!>
 !> An edge that supports held in the stage before bears their reactions on, as constant forces at its ends. The tractions of a wave
 !> add to them.
 module scree_absorbing_edge
@@ -25,8 +29,8 @@ module scree_absorbing_edge
   use scree_time_table, only: mean_over
   implicit none
   private
-  public :: absorbed_energy, absorbing_edge_t, add_absorbing_edges, absorb_velocity, size_of_static_forces, size_of_wave, &
-            work_on_absorbing_edges
+  public :: absorbed_energy, absorbing_edge_t, add_absorbing_edges, absorb_velocity, change_of_free_field, size_of_static_forces, &
+            size_of_wave, work_on_absorbing_edges
 
   integer, parameter :: n = element_unknowns
 
@@ -38,6 +42,11 @@ module scree_absorbing_edge
     logical, allocatable :: lets_in(:)       !! (n) the wave
     type(time_table_t) :: wave               !! its velocity, length/time
     real(dp), allocatable :: static_force(:, :, :) !! (xy, 2, n) at the ends, force per unit thickness
+    integer, allocatable :: field(:, :)      !! (2, n) places of the free field at the ends; 0: there is none
+    real(dp), allocatable :: modulus(:, :)   !! (2, n) D12 and D33, force/length^2
+    type(time_table_t), allocatable :: field_velocity(:)     !! of each place, length/time
+    type(time_table_t), allocatable :: field_displacement(:) !! of each place, length
+    real(dp) :: stiffness_damping = 0.0_dp   !! beta of the free field, time
   end type absorbing_edge_t
 
 contains
@@ -62,6 +71,7 @@ contains
     call add_force(term, -c*matmul(drag, unknown))
     call add_force(term, wave_force(self, e, position, rule%load_from, rule%load_to, element))
     call add_force(term, static_forces(self, e, position, element))
+    call add_force(term, field_force(self, e, position, rule%load_from, rule%load_to, element))
   end subroutine add_absorbing_edges
 
   !> Adds what the edges of element `e` do against a velocity.
@@ -90,7 +100,7 @@ contains
       energy = dot_product(unknown, matmul(drag_matrix(self, e, position, element), unknown))/dt
   end function absorbed_energy
 
-  !> Work of the wave and of the static forces on element `e` in a step, force per unit thickness times length.
+  !> Work of the wave, the free field and the static forces on element `e` in a step, force per unit thickness times length.
   pure real(dp) function work_on_absorbing_edges(self, e, position, rule, element, unknown) result(work)
     type(absorbing_edge_t), intent(in) :: self
     integer, intent(in) :: e
@@ -100,6 +110,7 @@ contains
     real(dp), intent(in) :: unknown(n)        !! of the step
 
     work = dot_product(wave_force(self, e, position, rule%end_time - rule%dt, rule%end_time, element) &
+                       + field_force(self, e, position, rule%end_time - rule%dt, rule%end_time, element) &
                        + static_forces(self, e, position, element), unknown)
   end function work_on_absorbing_edges
 
@@ -153,6 +164,62 @@ contains
       end do
     end do
   end function wave_force
+
+  !> Magnitude of the change of the force of the free field on element `e` since a time, per unit thickness.
+  pure real(dp) function change_of_free_field(self, e, position, since, from, to) result(force)
+    type(absorbing_edge_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(dp), intent(in) :: position(:, :)    !! (2, n_points) at the beginning of the step, length
+    real(dp), intent(in) :: since, from, to   !! time, and the window of the step
+    real(dp) :: change(2, 2)
+    integer :: i
+
+    force = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      if (self%field(1, i) == 0) cycle
+      change = field_load(self, i, position, from, to) - field_load(self, i, position, since, since)
+      force = force + 0.5_dp*(norm2(change(:, 1)) + norm2(change(:, 2)))
+    end do
+  end function change_of_free_field
+
+  !> Force of the free field on the unknowns of element `e`, with its mean between two times.
+  pure function field_force(self, e, position, from, to, element) result(force)
+    type(absorbing_edge_t), intent(in) :: self
+    integer, intent(in) :: e
+    real(dp), intent(in) :: position(:, :), from, to
+    type(kinematics_t), intent(in) :: element
+    real(dp) :: force(n), q(2, 2)
+    integer :: i, k
+
+    force = 0.0_dp
+    do i = self%first(e), self%first(e + 1) - 1
+      if (self%field(1, i) == 0) cycle
+      q = field_load(self, i, position, from, to)
+      do k = 1, 2
+        force = force + matmul((q(:, 1) + q(:, 2) + q(:, k))/6, displacement_matrix(element, position(:, self%point(k, i))))
+      end do
+    end do
+  end function field_force
+
+  !> Load of the free field at both ends of a piece, times its length, with its mean between two times.
+  pure function field_load(self, i, position, from, to) result(q)
+    type(absorbing_edge_t), intent(in) :: self
+    integer, intent(in) :: i                  !! piece
+    real(dp), intent(in) :: position(:, :), from, to
+    real(dp) :: q(2, 2), along(2), length, slope(2), strained(2, 2), velocity(2, 2), z(2, 2)
+    integer :: k
+
+    call impedance_of(self, i, position, z, length)
+    do k = 1, 2
+      velocity(:, k) = mean_over(self%field_velocity(self%field(k, i)), from, to)
+      strained(:, k) = mean_over(self%field_displacement(self%field(k, i)), from, to) + self%stiffness_damping*velocity(:, k)
+    end do
+    along = position(:, self%point(2, i)) - position(:, self%point(1, i))
+    slope = (strained(:, 2) - strained(:, 1))/along(2)
+    do k = 1, 2 ! the outer normal times the length is (along y, 0)
+      q(:, k) = length*matmul(z, velocity(:, k)) + along(2)*[self%modulus(1, i)*slope(2), self%modulus(2, i)*slope(1)]
+    end do
+  end function field_load
 
   !> Static forces on the unknowns of element `e`.
   pure function static_forces(self, e, position, element) result(force)

@@ -1,7 +1,7 @@
 !> What disturbs a body that sleeps: a load, a weight, the ground, a wave or a support that is not as it was when it fell asleep. An
 !> effect that may change in a run is asked here for what it changes by.
 module scree_disturbance
-  use scree_absorbing_edge, only: size_of_wave
+  use scree_absorbing_edge, only: change_of_free_field, size_of_wave
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_scene, only: time_table_t
@@ -68,7 +68,9 @@ contains
           change = model%elements%mass(e)*norm2(change_of(effects%base_acceleration%record, state%sleep%since(b)))
         if (allocated(effects%absorbing_edge)) &
           change = change + size_of_wave(effects%absorbing_edge, e, state%point, &
-                                         change_of(effects%absorbing_edge%wave, state%sleep%since(b)))
+                                         change_of(effects%absorbing_edge%wave, state%sleep%since(b))) &
+                   + change_of_free_field(effects%absorbing_edge, e, state%point, state%sleep%since(b), state%time, &
+                                          state%time + dt)
         is_shaken(b) = is_shaken(b) .or. change > effects%sleep*abs(effects%gravity%weight(e))
       end associate
     end do

@@ -21,6 +21,7 @@ module scree_effects
   use scree_point_load, only: add_point_loads, size_of_point_loads, work_of_point_loads
   use scree_state, only: state_t
   use scree_stiffness, only: add_small_strain
+  use scree_stiffness_damping, only: add_viscous_stress, strain_loss, viscous_force
   use scree_strain_rotation, only: add_strain_rotation
   use scree_system, only: element_unknowns, values_of
   use scree_time_table, only: last_change, mean_of_ramp, mean_over, ramp_at
@@ -83,18 +84,24 @@ contains
     real(dp), intent(in) :: unknown(n)         !! of the step so far
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(out) :: term
+    type(step_rule_t) :: of_stress             ! the rule, with the viscous stress in its weight
     real(dp), dimension(n) :: velocity, acceleration
+    real(dp) :: stress(3)
 
     velocity = values_of(model%elements, e, state%velocity)
     acceleration = values_of(model%elements, e, state%acceleration)
     associate (effects => model%effects, element => own%kinematics)
       call add_inertia(own%mass_matrix, velocity, acceleration, unknown, rule, term)
+      stress = own%stress
+      of_stress = rule
+      if (allocated(effects%stiffness_damping)) &
+        call add_viscous_stress(effects%stiffness_damping, element, own%elasticity, velocity, acceleration, stress, of_stress)
       if (own%green .and. effects%strain_rotation) then
-        call add_strain_rotation(element, own%elasticity, own%stress, unknown, rule, term)
+        call add_strain_rotation(element, own%elasticity, stress, unknown, of_stress, term)
       else if (own%green) then
-        call add_green_strain(element, own%elasticity, own%stress, unknown, rule, term)
+        call add_green_strain(element, own%elasticity, stress, unknown, of_stress, term)
       else
-        call add_small_strain(element, own%elasticity, own%stress, unknown, rule, term)
+        call add_small_strain(element, own%elasticity, stress, unknown, of_stress, term)
       end if
       if (allocated(effects%gravity)) &
         call add_gravity(own%mass_ratio*effects%gravity%weight(e) &
@@ -129,6 +136,8 @@ contains
 
     if (allocated(model%effects%mass_damping)) &
       call add_force(term, -model%effects%mass_damping%rate*matmul(own%mass_matrix, velocity))
+    if (allocated(model%effects%stiffness_damping)) &
+      call add_force(term, viscous_force(model%effects%stiffness_damping, own%kinematics, own%elasticity, velocity))
     if (allocated(model%effects%absorbing_edge)) &
       call absorb_velocity(model%effects%absorbing_edge, e, state%point, velocity, own%kinematics, term)
   end subroutine add_drag
@@ -292,7 +301,7 @@ contains
     end associate
   end function work_of_bolts_between
 
-  !> Energy that mass damping and absorbing edges take from one element in a step.
+  !> Energy that damping and absorbing edges take from one element in a step.
   pure real(dp) function loss_by_damping(model, own, state, e, unknown, rule) result(loss)
     type(model_t), intent(in) :: model
     type(element_cache_t), intent(in) :: own   !! of the element
@@ -304,6 +313,9 @@ contains
     loss = 0.0_dp
     if (allocated(model%effects%mass_damping)) &
       loss = damped_energy(model%effects%mass_damping, own%mass_matrix, unknown, rule%dt)
+    if (allocated(model%effects%stiffness_damping)) &
+      loss = loss + strain_loss(model%effects%stiffness_damping, own%kinematics, own%elasticity, own%green, &
+                                model%effects%strain_rotation, unknown, rule%dt)
     if (allocated(model%effects%absorbing_edge)) &
       loss = loss + absorbed_energy(model%effects%absorbing_edge, e, state%point, rule%dt, own%kinematics, unknown)
   end function loss_by_damping

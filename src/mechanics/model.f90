@@ -19,6 +19,7 @@ module scree_model
   use scree_point_load, only: point_load_t
   use scree_scene, only: rotation_linear, settings_t
   use scree_state, only: books_t
+  use scree_stiffness_damping, only: stiffness_damping_t
   use scree_system, only: element_unknowns, system_t
   use scree_timers, only: timers_t
   implicit none
@@ -41,6 +42,7 @@ module scree_model
     type(gravity_t), allocatable :: gravity
     type(base_acceleration_t), allocatable :: base_acceleration
     type(mass_damping_t), allocatable :: mass_damping
+    type(stiffness_damping_t), allocatable :: stiffness_damping
     type(point_load_t), allocatable :: point_load
     type(fixed_point_t), allocatable :: fixed_point
     type(edge_load_t), allocatable :: edge_load

@@ -66,7 +66,8 @@ contains
       kinds%gravity = kinds%gravity .or. allocated(effects%gravity)
       if (allocated(effects%fixed_point)) kinds%fixed_springs = kinds%fixed_springs .or. effects%fixed_point%by_springs
       kinds%held = kinds%held .or. abs(held_weight(s)) > 0 .or. holds_power(s)
-      kinds%damping = kinds%damping .or. allocated(effects%mass_damping) .or. allocated(effects%absorbing_edge)
+      kinds%damping = kinds%damping .or. allocated(effects%mass_damping) .or. allocated(effects%stiffness_damping) &
+                      .or. allocated(effects%absorbing_edge)
       kinds%error = kinds%error .or. s%estimates_error
       kinds%static = kinds%static .or. effects%is_static()
       kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
@@ -130,7 +131,7 @@ contains
         call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', records%held)
       if (kinds%damping) &
         call a_step('energy/damping', [integer ::], energy_unit, &
-                    'energy lost to mass damping and absorbing edges since the start', records%damping)
+                    'energy lost to damping of mass and stiffness and to absorbing edges since the start', records%damping)
       call a_step('energy/dissipated', [integer ::], energy_unit, &
                   'energy at the start and work since, less the energy now', records%dissipated)
     end subroutine declare_energies

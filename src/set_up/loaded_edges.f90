@@ -4,6 +4,7 @@ module scree_loaded_edges
   use scree_edge_load, only: edge_load_t
   use scree_edges_on_lines, only: add_point, gap_t, largest_gap, piece_t, pieces_beside, pieces_on_line, pieces_under_water
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_free_fields, only: add_free_fields
   use scree_kinds, only: dp
   use scree_material, only: elasticity
   use scree_scene, only: scene_t, time_table_t
@@ -131,7 +132,7 @@ contains
 
   !> Finds the pieces on the lines of &absorbing; their ends become points of the system. Not allocated where there are none.
   !>
-  !> Errors: a line on which no edge lies.
+  !> Errors: a line on which no edge lies; sides as of `add_free_fields`.
   subroutine absorb_on_edges(scene, system, state, absorbing, error)
     type(scene_t), intent(in) :: scene
     type(system_t), intent(inout) :: system
@@ -140,14 +141,15 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(piece_t), allocatable :: piece(:)
     logical, allocatable :: lets_in(:)
-    integer, allocatable :: order(:)
+    integer, allocatable :: order(:), side(:)
     real(dp) :: D(3, 3)
     integer :: i, k
 
     associate (s => scene%settings)
-      if (.not. allocated(s%absorbing_lines) .and. .not. allocated(s%absorbing_base)) return
-      allocate (piece(0), lets_in(0))
+      if (.not. (allocated(s%absorbing_lines) .or. allocated(s%absorbing_base) .or. allocated(s%absorbing_sides))) return
+      allocate (piece(0), lets_in(0), side(0))
       call add_lines('absorbing.base', s%absorbing_base, .true.)
+      call add_lines('absorbing.sides', s%absorbing_sides, .false.)
       call add_lines('absorbing.lines', s%absorbing_lines, .false.)
       if (allocated(error)) return
       allocate (absorbing)
@@ -168,6 +170,7 @@ contains
         end associate
       end do
     end associate
+    call add_free_fields(scene, system, piece(order), side(order), absorbing, error)
 
   contains
 
@@ -186,6 +189,7 @@ contains
         more = pieces_beside(more, piece)
         piece = [piece, more]
         lets_in = [lets_in, spread(comes_in, 1, size(more))]
+        side = [side, spread(merge(line, 0, name == 'absorbing.sides'), 1, size(more))]
       end do
     end subroutine add_lines
 
@@ -264,6 +268,7 @@ contains
       call look('support.both', s%support_both)
       call look('support.moved', s%support_moved)
       call look('absorbing.base', s%absorbing_base)
+      call look('absorbing.sides', s%absorbing_sides)
       call look('absorbing.lines', s%absorbing_lines)
       call look('boundary.lines', s%boundary_lines)
     end associate

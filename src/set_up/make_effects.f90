@@ -55,11 +55,7 @@ contains
     call weigh_blocks()
     call begin_stressed()
     call move_ground()
-    if (scene%settings%mass_damping > 0) then
-      call name('mass damping', 'mass='//real_text(scene%settings%mass_damping)//' in &damping')
-      allocate (effects%mass_damping)
-      effects%mass_damping%rate = scene%settings%mass_damping
-    end if
+    call damp()
     call hold_points()
     call load_points()
     if (size(scene%boundary_loads) > 0) &
@@ -185,6 +181,22 @@ contains
 
       first_used = findloc([(holds(i) .and. any(system%elements%material == i), i=1, size(holds))], .true., 1)
     end function first_used
+
+    !> Damping in proportion to mass and to stiffness.
+    subroutine damp()
+      real(dp) :: rates(2)
+
+      rates = scene%settings%rayleigh()
+      if (rates(1) > 0) then
+        call name('mass damping', 'alpha '//real_text(rates(1))//' of &damping')
+        allocate (effects%mass_damping)
+        effects%mass_damping%rate = rates(1)
+      end if
+      if (.not. rates(2) > 0) return
+      call name('stiffness damping', 'beta '//real_text(rates(2))//' of &damping')
+      allocate (effects%stiffness_damping)
+      effects%stiffness_damping%time = rates(2)
+    end subroutine damp
 
     !> A ground that accelerates at some time.
     subroutine move_ground()

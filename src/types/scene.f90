@@ -252,6 +252,7 @@ module scree_scene
     real(dp) :: water_weight = 0.0_dp       !! of a unit of volume, force/length^3
     real(dp), allocatable :: absorbing_lines(:) !! x1 y1 x2 y2 of each line, length
     real(dp), allocatable :: absorbing_base(:)  !! likewise, where the wave comes in
+    real(dp), allocatable :: absorbing_sides(:) !! likewise, beside which a free field moves
     real(dp), allocatable :: wave_table(:)  !! t vx vy of it, at one time after the other
     character(len=:), allocatable :: wave_file !! file of such lines
     real(dp) :: wave_scale = 1.0_dp         !! factor of vx and vy
@@ -260,6 +261,9 @@ module scree_scene
     character(len=:), allocatable :: ground_vertical !! PEER record of ay
     real(dp) :: ground_scale = 1.0_dp       !! factor of ax and ay
     real(dp) :: mass_damping = 0.0_dp       !! force over mass and velocity, 1/time
+    real(dp) :: stiffness_damping = 0.0_dp  !! viscous stress over elasticity and strain rate, time
+    real(dp) :: damping_fraction = 0.0_dp   !! of critical damping, the least of all frequencies
+    real(dp) :: damping_frequency = 0.0_dp  !! that has it, 1/time
     integer :: frame_every = 0              !! steps from frame to frame; 0 where time counts
     integer :: checkpoint_every = 0         !! frames from checkpoint to checkpoint; 0: one where the run ends
     real(dp) :: frame_interval = 0.0_dp     !! time from frame to frame, met by steps; 0 where another counts
@@ -271,7 +275,7 @@ module scree_scene
     real(dp) :: most_travel = huge(1.0_dp)  !! of a vertex in a step, length
     real(dp) :: frame_spacing = 0.0_dp      !! time from frame to frame, that of the step that passes it; 0 where another counts
   contains
-    procedure :: takes_small_steps, cracks_may_grow
+    procedure :: cracks_may_grow, rayleigh, takes_small_steps
   end type settings_t
 
   !> One name of the named groups with its value, after defaults.
@@ -357,6 +361,20 @@ contains
     order = 'short'
     if (scene%in_shi_order) order = 'Shi''s, with the contact stiffness g0 and a table for each fixed and load point'
   end function order_text
+
+  !> Coefficients of Rayleigh damping: alpha of the mass, 1/time, and beta of the stiffness, time.
+  !>
+  !> At the circular frequency w it is the fraction (alpha/w + beta w)/2 of critical damping, which is least at
+  !> w0 = (alpha/beta)^1/2. With the fraction z there, alpha = z w0 and beta = z/w0.
+  pure function rayleigh(settings)
+    class(settings_t), intent(in) :: settings
+    real(dp) :: rayleigh(2)
+    real(dp), parameter :: turn = 8*atan(1.0_dp)
+
+    rayleigh = [settings%mass_damping, settings%stiffness_damping]
+    if (settings%damping_frequency > 0) &
+      rayleigh = settings%damping_fraction*[turn*settings%damping_frequency, 1/(turn*settings%damping_frequency)]
+  end function rayleigh
 
   !> Whether the integrator is that of small steps, which takes blocks for rigid.
   pure logical function takes_small_steps(settings)

@@ -24,7 +24,7 @@ module scree_state
     real(dp) :: at_start = 0.0_dp        !! all of these when the run began
     real(dp) :: staged = 0.0_dp          !! that changes from stage to stage gave since then; below 0: took
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports since then
-    real(dp) :: damping = 0.0_dp         !! that mass damping and absorbing edges took since then
+    real(dp) :: damping = 0.0_dp         !! that damping of mass and stiffness and absorbing edges took since then
     real(dp) :: friction = 0.0_dp        !! lost in sliding since then
     real(dp) :: yield = 0.0_dp           !! lost in bolts that yielded or broke since then
     real(dp) :: fracture = 0.0_dp        !! lost in bonds that softened since then

@@ -40,7 +40,7 @@ def draw_conditions(axis, file, frame, common):
     if FIXED in kinds:
         entries["fixed point"], = axis.plot(*points[kinds == FIXED].T, linestyle="none", marker="^", color=SUPPORT, markersize=6)
     draw_loads(axis, file, frame, settings, common, entries)
-    edges = edges_on(file, frame, numbers(settings, "absorbing.lines"))
+    edges = np.concatenate([edges_on(file, frame, numbers(settings, f"absorbing.{which}")) for which in ("lines", "sides", "base")])
     if len(edges):
         axis.add_collection(LineCollection(edges, colors=QUIET, linewidths=3, linestyles=(0, (2, 1)), zorder=3, label="absorbing edge"))
         entries["absorbing edge"] = Line2D([], [], color=QUIET, linewidth=3, linestyle=(0, (2, 1)))

@@ -37,7 +37,7 @@ GROUPS = {
     "absorbing": "Edges that absorb waves, and incoming waves ([earthquakes](../howto/earthquakes.md)).",
     "gravity": "Growth of the weight.",
     "acceleration": "Acceleration of the ground ([earthquakes](../howto/earthquakes.md)).",
-    "damping": "Mass damping ([vibration](../howto/vibration.md)).",
+    "damping": "Damping in proportion to mass and stiffness ([vibration](../howto/vibration.md)).",
     "output": "What is written, and how often ([results](../results.md)).",
 }
 

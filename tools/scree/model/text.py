@@ -210,7 +210,7 @@ def value_lines(setting: Setting, width: int) -> list[str]:
 POLYGONS = 10**9  # rows of as many numbers as they have
 WIDTHS = {"bolts.ends": 4, "support.normal": 4, "support.x": 4, "support.y": 4, "support.both": 4, "support.moved": 4,
           "support.points": 2, "support.points_x": 2, "support.points_y": 2, "support.velocity": 2, "support.table": 3, "boundary.lines": 4,
-          "absorbing.lines": 4, "boundary.traction": 4, "boundary.pressure": 2, "water.table": 2, "stage.remove_inside": POLYGONS, "excavation.outline": POLYGONS,
+          "absorbing.lines": 4, "absorbing.sides": 4, "boundary.traction": 4, "boundary.pressure": 2, "water.table": 2, "stage.remove_inside": POLYGONS, "excavation.outline": POLYGONS,
           "bolt_row.line": 4, "bolt_ring.centre": 2, "in_situ.surface": 2,
           "loads.force": 2, "acceleration.table": 3, "absorbing.table": 3}  # numbers of a row
 

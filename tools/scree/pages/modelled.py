@@ -46,7 +46,8 @@ def modelled_rows(results: Results, units: Units) -> list[tuple[str, str]]:
     if names := results.stage_names:
         rows.append(("stages", "; ".join(names)))
     acting = {"water": "water.table", "pressure or traction on edges": "boundary.lines", "acceleration of the ground": "acceleration.table",
-              "record of the ground": "acceleration.file", "absorbing edges": "absorbing.lines"}
+              "record of the ground": "acceleration.file", "absorbing edges": "absorbing.lines",
+              "free fields at the sides": "absorbing.sides", "absorbing base": "absorbing.base"}
     last = settings | settings_of_frame(results, -1)
     found = [what for what, name in acting.items() if last.get(name, "none") != "none"]
     if "bolts" in results:

@@ -466,6 +466,26 @@ def w2(run):
 
 
 @case
+def w3(run):
+    """Free fields at the sides, and supports that hand their reactions over to absorbing edges."""
+    w1, fraction = 2 * np.pi * 1.25, 0.1
+    for share in (0.5, 0.8, 1.4):
+        w = share * w1
+        time = np.arange(0, 10.005, 0.01)
+        table = " ".join(f"{t:.6g} {math.sin(w * t) * min(1.0, w * t / (4 * math.pi)):.9g} 0" for t in time)
+        r = run(DECKS / "w3-free-field" / "layer.ana", settings=[f"acceleration.table={table}"], name=f"w3-layer-{share}")
+        late = r.history.time > 10 - 3 * 2 * np.pi / w
+        wave = np.column_stack([np.sin(w * r.history.time), np.cos(w * r.history.time), np.ones_like(r.history.time)])[late]
+        found = np.linalg.lstsq(wave, r.measured_points.displacement[late, 0, 0], rcond=None)[0]
+        yield Row(f"amplitude of the top at {share} of the first frequency", references.shaken_layer(40, 200, w, fraction * w1, fraction / w1),
+                  float(np.hypot(*found[:2])), 0.02)
+    r = run(DECKS / "w3-free-field" / "rest.ana")
+    rest = int(np.flatnonzero(r.frame_stages == 1)[-1])
+    moved = max(np.abs(r.vertices(i) - r.vertices(rest)).max() for i in range(rest + 1, r.n_frames))
+    yield Row("displacement of the slope in 5 s", 0.0, moved, 1e-6, 50.0)
+
+
+@case
 def j1(run):
     """Direct shear test of a rough and of a bonded joint."""
     for name, limit in (("rough", references.barton_strength(100.0, 10.0, 1e4, 30)), ("bonded", references.bonded_strength(100.0, 60.0, 30))):

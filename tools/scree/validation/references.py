@@ -1,4 +1,5 @@
 """Answers of the validation cases: closed forms, and the motion of rigid bodies integrated."""
+import cmath
 import math
 
 import numpy as np
@@ -523,6 +524,13 @@ def passed_wave(stiffness, impedance, time, velocity):
 def wave_speeds(density, young, nu):
     """Of waves of pressure and shear in plane strain."""
     return {"p": math.sqrt(young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / density), "s": math.sqrt(young / (2 * (1 + nu)) / density)}
+
+
+def shaken_layer(height, speed, w, alpha, beta):
+    """Displacement amplitude of the top of a layer relative to a ground that shakes with the acceleration 1 and the circular frequency w,
+    with Rayleigh damping: the shear beam (1 - 1/cos(k H))/(w^2 - i w alpha)."""
+    k = cmath.sqrt((w**2 - 1j * w * alpha) / (speed**2 * (1 + 1j * w * beta)))
+    return abs((1 - 1 / cmath.cos(k * height)) / (w**2 - 1j * w * alpha))
 
 
 def barton_strength(stress, jrc, jcs, phi):
