@@ -125,8 +125,6 @@ module scree_setting_rules
     setting_rule_t('water.table', '', 'water.unit_weight', is_given, .false., 'without a unit weight its pressure is unknown'), &
     setting_rule_t('damping.fraction', '', 'damping.mass', is_not_given, .true., 'it stands for damping.mass'), &
     setting_rule_t('damping.fraction', '', 'damping.stiffness', is_not_given, .true., 'it stands for damping.stiffness'), &
-    setting_rule_t('damping.fraction', '', 'damping.frequency', is_given, .false., 'damping depends on the frequency'), &
-    setting_rule_t('damping.frequency', '', 'damping.fraction', is_given, .true., 'there is no fraction to have there'), &
     setting_rule_t('damping.stiffness, damping.fraction', '', 'k01', is_positive, .false., 'a static step has no velocity'), &
     setting_rule_t('integrator.scheme', 'central_difference', 'damping.stiffness', is_not_given, .false., &
                    'explicit steps would become unstable with it'), &
@@ -136,6 +134,8 @@ module scree_setting_rules
                    'rigid blocks have no strain'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'damping.fraction', is_not_given, .false., &
                    'rigid blocks have no strain'), &
+    setting_rule_t('damping.fraction', '', 'damping.frequency', is_given, .false., 'damping depends on the frequency'), &
+    setting_rule_t('damping.frequency', '', 'damping.fraction', is_given, .true., 'there is no fraction to have there'), &
     setting_rule_t('integrator.scheme', 'small_steps', 'absorbing.sides', is_not_given, .false., &
                    'no wave runs through rigid blocks'), &
     setting_rule_t('cover.order', '1', 'absorbing.sides', is_not_given, .false., 'absorbing edges must stay straight'), &

@@ -173,3 +173,39 @@ def test_a_stage_after_the_wave_absorbs_where_it_came_in(tmp_path):
     done = call("run", deck, "-o", tmp_path / "two.h5", "--quiet", "--set", f"stage(2).step.end_time={2.2 * passing!r}")
     assert done.returncode == 0, done.stderr
     assert scree.read(tmp_path / "two.h5").history.energy.kinetic[-1] < 1e-3 * energy
+
+
+def returned_at(angle):
+    """Part of the energy of a plane pressure wave that dashpots on an edge return, at an angle from the normal of the edge: the tractions
+    of the wave and of both reflected ones are those of the dashpots."""
+    a, b = math.radians(angle), math.asin(math.sin(math.radians(angle)) * SPEED["S"] / SPEED["P"])
+    lame, shear = RHO * (SPEED["P"] ** 2 - 2 * SPEED["S"] ** 2), RHO * SPEED["S"] ** 2
+
+    def lacking(speed, way, u):
+        k = np.array(way) / speed
+        return [-lame * (k @ u) - 2 * shear * k[0] * u[0] + RHO * SPEED["P"] * u[0], -shear * (k[0] * u[1] + k[1] * u[0]) + RHO * SPEED["S"] * u[1]]
+
+    p, s = [-math.cos(a), math.sin(a)], [-math.cos(b), math.sin(b)]
+    back = np.linalg.solve(np.transpose([lacking(SPEED["P"], p, p), lacking(SPEED["S"], s, [s[1], -s[0]])]),
+                           -np.array(lacking(SPEED["P"], [-p[0], p[1]], [-p[0], p[1]])))
+    return back[0] ** 2 + back[1] ** 2 * SPEED["S"] * math.cos(b) / (SPEED["P"] * math.cos(a))
+
+
+def test_a_wave_at_thirty_degrees_returns_what_the_closed_form_says(tmp_path):
+    """A beam between rollers, on a base that is inclined by 30 degrees against the edge: less than a thousandth comes back."""
+    way, width, far, c = np.array([math.cos(math.pi / 6), 0.5]), 10.0, 20.0, SPEED["P"]
+    time = np.linspace(0, 8 / c, 41)
+    velocity = 1e-4 * np.sin(np.pi * time / time[-1]) ** 2
+    corner = width * np.array([-way[1], way[0]])
+    corners = [(0.0, 0.0), (far, far * way[1] / way[0]), (far, corner[1] + (far - corner[0]) / way[0] * way[1]), tuple(corner.tolist())]
+    (tmp_path / "r.blk").write_text(block_files.block_file("beam", [(1, corners)]))
+    low, right, high, base = (" ".join(repr(x) for i in pair for x in corners[i]) for pair in ((0, 1), (1, 2), (3, 2), (0, 3)))
+    table = "\n".join(f"{t!r} {v * way[0]!r} {v * way[1]!r}" for t, v in zip(time.tolist(), velocity.tolist()))
+    (tmp_path / "r.ana").write_text(
+        f"1\n100\n1 1\n0.05\n1\n{RHO} 0 {E} {NU} 0 0 0 0 0 0 0 0 0\n30 0 0\n&deck geometry='r.blk', dialect='short' /\n"
+        f"&method model='nmm', plane='strain', strain='small' / &cover edge=0.6, angle=10 / &integrator {TRAPEZOIDAL} / &output every=1000 /\n"
+        f"&step size={0.2 / c!r}, end_time={40 / c!r} / &support normal={low} {high} / &absorbing base={base}, lines={right}, table={table} /\n")
+    r = scree.run(tmp_path / "r.ana")
+    energy = RHO * c * width * (velocity**2).sum() * (time[1] - time[0])
+    assert left(r, 15 / c) == pytest.approx(energy, rel=0.01)
+    assert returned_at(30) < 1e-3 and left(r, 38 / c) == pytest.approx(returned_at(30) * energy, rel=0.1)

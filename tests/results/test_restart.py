@@ -33,7 +33,7 @@ def slope_made_quiet(folder):
     (folder / "q.blk").write_text(block_files.block_file("quiet", [(1, block_files.box(0, 4, 0, 2)), (1, block_files.box(1, 2, 2, 3))]))
     (folder / "q.ana").write_text("0\n40\n1 1\n0.05\n0.5\n2500 25000 1e8 0.25 0 0 0 0 0 0 0 0 0\n30 0 0\n&deck geometry='q.blk' /\n"
                                   "&output every=5 /\n&support both=0 0 4 0 /\n&stage kind='dynamic' /\n&support both=none /\n"
-                                  "&absorbing lines=0 0 4 0 /\n&acceleration table=0 0 0 0.1 3 0 0.2 0 0 /\n&step size=0.01, count=30 /\n")
+                                  "&absorbing lines=0 0 4 0, sides=0 0 0 2 4 0 4 2 /\n&acceleration table=0 0 0 0.1 3 0 0.2 0 0 /\n&step size=0.01, count=30 /\n")
     return [folder / "q.ana"], []
 
 
