@@ -55,7 +55,11 @@ contains
     call weigh_blocks()
     call begin_stressed()
     call move_ground()
-    call damp()
+    call damp(scene%settings%rayleigh(), effects)
+    if (allocated(effects%mass_damping)) &
+      call name('mass damping', 'alpha '//real_text(effects%mass_damping%rate)//' of &damping')
+    if (allocated(effects%stiffness_damping)) &
+      call name('stiffness damping', 'beta '//real_text(effects%stiffness_damping%time)//' of &damping')
     call hold_points()
     call load_points()
     if (size(scene%boundary_loads) > 0) &
@@ -181,22 +185,6 @@ contains
 
       first_used = findloc([(holds(i) .and. any(system%elements%material == i), i=1, size(holds))], .true., 1)
     end function first_used
-
-    !> Damping in proportion to mass and to stiffness.
-    subroutine damp()
-      real(dp) :: rates(2)
-
-      rates = scene%settings%rayleigh()
-      if (rates(1) > 0) then
-        call name('mass damping', 'alpha '//real_text(rates(1))//' of &damping')
-        allocate (effects%mass_damping)
-        effects%mass_damping%rate = rates(1)
-      end if
-      if (.not. rates(2) > 0) return
-      call name('stiffness damping', 'beta '//real_text(rates(2))//' of &damping')
-      allocate (effects%stiffness_damping)
-      effects%stiffness_damping%time = rates(2)
-    end subroutine damp
 
     !> A ground that accelerates at some time.
     subroutine move_ground()
@@ -377,6 +365,20 @@ contains
 
     direction = reshape([(roller(i)%direction, i=1, size(roller))], shape(direction))
   end function directions_of
+
+  !> Damping in proportion to mass and to stiffness.
+  pure subroutine damp(rates, effects)
+    real(dp), intent(in) :: rates(2)              !! alpha, 1/time, and beta, time
+    type(effects_t), intent(inout) :: effects
+
+    if (rates(1) > 0) then
+      allocate (effects%mass_damping)
+      effects%mass_damping%rate = rates(1)
+    end if
+    if (.not. rates(2) > 0) return
+    allocate (effects%stiffness_damping)
+    effects%stiffness_damping%time = rates(2)
+  end subroutine damp
 
   !> Bolts with the elements that carry their ends.
   pure type(bolt_t) function bolts_of(blocks, system, break) result(bolts)
