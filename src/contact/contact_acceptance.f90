@@ -1,7 +1,7 @@
 !> The memory of contacts after an accepted step, and the largest gap and overlap of closed contacts.
 module scree_contact_acceptance
   use scree_bond_rules, only: part_losses
-  use scree_contact_quantities, only: contact_force_t, gap_and_slip_t
+  use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: force_to_hold, gap_and_slip, gaps_and_slips, press, remember_overlap, remember_slide, &
                                  stiffness_after
   use scree_contact_try, only: contact_try_t
@@ -107,12 +107,27 @@ contains
             contact%energy = 0.0_dp
           end if
         end if
+        call count_broken(try%start(:, i), contact, memory%broken)
         friction = friction + closed%work
         memory%penetration = max(memory%penetration, contact%overlap)
       end associate
     end do
     memory%stiffness = stiffness_after(try%law, memory%gap, memory%penetration)
   end subroutine accept_contacts
+
+  !> Counts a bond that broke in the step: in tension where its contact has opened, else in shear.
+  pure subroutine count_broken(start, contact, broken)
+    type(entrance_start_t), intent(in) :: start(:)
+    type(contact_t), intent(in) :: contact
+    integer, intent(inout) :: broken(:)         !! in tension, in shear
+    integer :: mode
+
+    associate (n => contact%n_entrances)
+      if (.not. any(start(:n)%bonded) .or. any(contact%entrance(:n)%memory%bonded)) return
+      mode = merge(1, 2, contact%entrance(contact%active)%state == state_open)
+    end associate
+    broken(mode) = broken(mode) + 1
+  end subroutine count_broken
 
   !> Of each contact whether a bond that is locked, this one or another, holds its two blocks together.
   pure function hold_together(outlines, contact) result(bonded)

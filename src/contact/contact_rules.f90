@@ -250,6 +250,7 @@ contains
         start(k)%share = geometry(k)%along/geometry(k)%edge_length
         start(k)%closed = contact%entrance(k)%state /= state_open
         start(k)%multiplier = contact%entrance(k)%multiplier
+        start(k)%bonded = contact%entrance(k)%memory%bonded
       end do
       call begin_joints(try%law, try%dashpot, contact, start)
     end associate

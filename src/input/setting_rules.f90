@@ -86,6 +86,9 @@ module scree_setting_rules
                    'the estimate does not know the errors of the other cures'), &
     setting_rule_t('step.balance', '', 'k01', is_zero, .false., 'a dynamic run does not end in equilibrium'), &
     setting_rule_t('step.balance', '', 'step.control', '|fixed|', .false., 'Shi''s rules choose steps by displacement'), &
+    setting_rule_t('step.past_peak', '', 'step.balance', is_not_given, .false., &
+                   'equilibrium needs supports that are at rest'), &
+    setting_rule_t('step.past_peak', '', 'k01', is_zero, .false., 'in motion forces of supports swing'), &
     setting_rule_t('step.sleep', '', 'k01', is_positive, .false., 'a static step has no speed by which to judge rest'), &
     setting_rule_t('step.sleep', '', 'step.control', '|fixed|', .false., 'Shi''s rules treat all bodies in every step'), &
     setting_rule_t('step.sleep', '', 'contact.method', '|penalty|augmented|', .true., &

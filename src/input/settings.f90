@@ -248,6 +248,9 @@ contains
       call row%real(setting_t('step', 'balance', &
                               'force out of balance on a body over its weight and loads with which a static run ends', '1', &
                               0.0_dp, 1.0_dp, .true., default='none: a static run takes all its steps'), s%balance)
+      call row%real(setting_t('step', 'past_peak', &
+                              'force of moving supports over its largest at which the run ends', '1', &
+                              0.0_dp, 1.0_dp, .true., default='none: the run goes on after the peak'), s%past_peak)
       call row%real(setting_t('step', 'sleep', &
                               'force over weight, and speed over sqrt(g size), below which bodies at rest fall asleep; 0: never', &
                               '1', 0.0_dp, 1.0_dp, default='1e-8 where there are weight and contact, in a dynamic run'), &

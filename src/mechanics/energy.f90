@@ -12,7 +12,7 @@ module scree_energy
   use scree_system, only: element_unknowns, values_of
   implicit none
   private
-  public :: books_of_fixed, close_books, dissipated_energy, loss_of_step, stored_energy, work_of_step
+  public :: books_of_fixed, close_books, dissipated_energy, find_work_of_step, loss_of_step, stored_energy
 
 contains
 
@@ -147,14 +147,15 @@ contains
 
   end function strain_energy
 
-  !> Work of loads, the ground and moving supports in a step.
-  pure real(dp) function work_of_step(model, cache, state, rule, d) result(work)
+  !> Work of loads, the ground and moving supports in a step, force length per unit thickness.
+  pure subroutine find_work_of_step(model, cache, state, rule, d, work, supports)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state            !! at the beginning of the step
     type(step_rule_t), intent(in) :: rule
     real(dp), intent(in) :: d(:)                  !! (n_unknowns) of the step
-    real(dp) :: supports
+    real(dp), intent(out) :: work                 !! of all
+    real(dp), intent(out) :: supports             !! of moving supports alone
     logical :: moving
     integer :: e, k
 
@@ -170,7 +171,7 @@ contains
     end do
     if (supports_move_exactly(model)) supports = supports + work_of_bolts_between(model, cache, state, d, rule)
     work = work + supports
-  end function work_of_step
+  end subroutine find_work_of_step
 
   !> Energy that damping takes in a step.
   pure real(dp) function loss_of_step(model, cache, state, rule, d) result(loss)

@@ -10,7 +10,8 @@ module scree_fixed_point
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, is_roller, spring_energy, spring_force, work_of_springs
+  public :: add_fixed_springs, constrain_fixed_points, fixed_point_t, is_roller, spring_energy, spring_force, way_of_fastest, &
+            work_of_springs
 
   !> Called for when the scene has fixed points.
   type :: fixed_point_t
@@ -103,6 +104,18 @@ contains
 
     force = self%stiffness*way_home(self, i, position, time)
   end function spring_force
+
+  !> How far the fastest fixed point is moved between two times, length.
+  pure real(dp) function way_of_fastest(self, from, to) result(way)
+    type(fixed_point_t), intent(in) :: self
+    real(dp), intent(in) :: from, to
+    integer :: i
+
+    way = 0.0_dp
+    do i = 1, size(self%table)
+      if (allocated(self%table(i)%time)) way = max(way, norm2(value_at(self%table(i), to) - value_at(self%table(i), from)))
+    end do
+  end function way_of_fastest
 
   !> From where fixed point `i` is to where it should be.
   pure function way_home(self, i, position, time) result(way)

@@ -136,6 +136,8 @@ contains
     call archive%part('pace%small', state%pace%small)
     call archive%part('pace%easy', state%pace%easy)
     call archive%part('pace%frames', state%pace%frames)
+    call archive%part('pace%support_force', state%pace%support_force)
+    call archive%part('pace%most_force', state%pace%most_force)
     call archive%array('vertex', state%vertex)
     call archive%array('point', state%point)
     call archive%array('home', state%home)
@@ -267,6 +269,7 @@ contains
     call archive%part('contacts%pressed', memory%pressed)
     call archive%part('contacts%gap', memory%gap)
     call archive%part('contacts%count', memory%count)
+    call archive%part('contacts%broken', memory%broken)
     call visit_list(archive, memory%contact)
   end subroutine visit_contacts
 

@@ -31,9 +31,9 @@ module scree_restart
 
   !> Settings that say how a run goes on, and strengths of joints. All others made the model, the state or the series of results.
   character(len=*), parameter :: may_change(*) = [character(len=23) :: 'step.size', 'step.end_time', 'step.count', 'step.travel', &
-                                                  'step.least', 'step.balance', 'output.every', 'output.interval', &
-                                                  'output.problems', 'output.checkpoint', 'joints.phi', 'joints.cohesion', &
-                                                  'joints.tensile_strength']
+                                                  'step.least', 'step.balance', 'step.past_peak', 'output.every', &
+                                                  'output.interval', 'output.problems', 'output.checkpoint', 'joints.phi', &
+                                                  'joints.cohesion', 'joints.tensile_strength']
   character(len=*), parameter :: of_joint = 'joint' !! how the name of a strength begins: joints.phi, or joint(1).phi of a deck
   integer(hsize_t), parameter :: copied_at_once = 1000000 !! numbers
 

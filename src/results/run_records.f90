@@ -2,9 +2,11 @@
 module scree_run_records
   use scree_bolt, only: ends_of, forces_of, lengths_of
   use scree_contact_geometry, only: frame_of_edge
+  use scree_contact_rules, only: has_bonds
   use scree_contacts, only: contact_t, state_open
   use scree_crack_records, only: crack_records_t, declare_cracks, put_cracks
   use scree_deviation, only: error_of_blocks, share_off
+  use scree_effects, only: supports_move
   use scree_energy, only: dissipated_energy
   use scree_equilibrium, only: balance_t
   use scree_errors, only: error_t
@@ -29,6 +31,7 @@ module scree_run_records
     integer :: stage = 0, staged = 0, body_present = 0
     integer :: kinetic = 0, strain = 0, gravity = 0, fixed_springs = 0, work = 0, damping = 0, held = 0, dissipated = 0
     integer :: iterations = 0, solves = 0, rejected = 0, green = 0, sleeping = 0, slept = 0, body_asleep = 0
+    integer :: support_force = 0, bonds = 0
     integer :: error = 0, error_growth = 0, error_share = 0, error_step = 0, error_impact = 0, rough = 0, refused = 0
     integer :: body_error = 0
     integer :: unbalanced = 0, unbalanced_block = 0
@@ -48,7 +51,7 @@ module scree_run_records
     integer :: stages = 0
     integer :: parts = 0                              !! blocks that may break off
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
-               sleep = .false., removal = .false., softening = .false.
+               sleep = .false., removal = .false., softening = .false., bonds = .false., moving = .false.
   end type kinds_t
 
   character(len=*), parameter :: energy_unit = 'force*length/length'
@@ -65,13 +68,17 @@ contains
       kinds%parts = max(kinds%parts, s%crack_parts)
       kinds%gravity = kinds%gravity .or. allocated(effects%gravity)
       if (allocated(effects%fixed_point)) kinds%fixed_springs = kinds%fixed_springs .or. effects%fixed_point%by_springs
+      kinds%moving = kinds%moving .or. (supports_move(model) .and. .not. s%takes_small_steps())
       kinds%held = kinds%held .or. abs(held_weight(s)) > 0 .or. holds_power(s)
       kinds%damping = kinds%damping .or. allocated(effects%mass_damping) .or. allocated(effects%stiffness_damping) &
                       .or. allocated(effects%absorbing_edge)
       kinds%error = kinds%error .or. s%estimates_error
       kinds%static = kinds%static .or. effects%is_static()
       kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
-      if (allocated(effects%contact)) kinds%softening = kinds%softening .or. joints_soften(effects%contact)
+      if (allocated(effects%contact)) then
+        kinds%softening = kinds%softening .or. joints_soften(effects%contact)
+        kinds%bonds = kinds%bonds .or. any(has_bonds(effects%contact))
+      end if
       kinds%removal = kinds%removal .or. .not. all(model%present)
     end associate
   end subroutine note_kinds
@@ -122,6 +129,9 @@ contains
                     records%fixed_springs)
       call a_step('energy/work', [integer ::], energy_unit, &
                   'work of loads, the moving ground and moving supports since the start', records%work)
+      if (kinds%moving) call a_step('support_force', [integer ::], 'force/length', &
+                                    'work of moving supports in the step over the way of the fastest', &
+                                    records%support_force)
       if (kinds%stages > 1) then
         call a_step('stage', [integer ::], '1', 'stage that the step is of, from 1', records%stage, .true.)
         call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes of stages added; below 0: removed', &
@@ -177,6 +187,8 @@ contains
     subroutine declare_open_close()
       call a_step('contacts', [3], '1', 'contacts open, sliding, locked', records%contacts, .true.)
       call a_step('open_close_iterations', [integer ::], '1', 'state updates of contacts of an island', records%open_close, .true.)
+      if (kinds%bonds) call a_step('bonds', [3], '1', 'bonds that hold, and that broke in tension and in shear since the start', &
+                                   records%bonds, .true.)
       call a_series('/open_close/step', [integer ::], '1', 'step of each state update, from 1', records%judged_step, .true.)
       call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and changing', records%judged, .true.)
       call a_step('overlap', [integer ::], 'length', 'deepest overlap of a contact', records%overlap)
@@ -237,10 +249,13 @@ contains
 
     !> Declares what a step has of the measured points.
     subroutine declare_points()
-      call a_point('position', 2, 'length', 'place', records%point_position)
-      call a_point('displacement', 2, 'length', 'displacement since the start', records%point_displacement)
-      call a_point('velocity', 2, 'length/time', 'velocity', records%point_velocity)
-      call a_point('stress', 3, 'force/length^2', 'Cauchy stress xx, yy, xy', records%point_stress)
+      integer :: m
+
+      m = size(records%measured)
+      call a_series('/measured_points/position', [2, m], 'length', 'place', records%point_position)
+      call a_series('/measured_points/displacement', [2, m], 'length', 'displacement since the start', records%point_displacement)
+      call a_series('/measured_points/velocity', [2, m], 'length/time', 'velocity', records%point_velocity)
+      call a_series('/measured_points/stress', [3, m], 'force/length^2', 'Cauchy stress xx, yy, xy', records%point_stress)
     end subroutine declare_points
 
     !> Declares a series with a row each step.
@@ -276,17 +291,6 @@ contains
       if (.not. allocated(error)) &
         call declare_series(results, '/bodies/'//name, shape, units, description, handle, error, per_frame=.true.)
     end subroutine a_frame
-
-    !> Declares a series of the measured points with a row each step.
-    subroutine a_point(name, width, units, description, handle)
-      character(len=*), intent(in) :: name, units, description
-      integer, intent(in) :: width
-      integer, intent(out) :: handle
-
-      handle = 0
-      if (.not. allocated(error)) &
-        call declare_series(results, '/measured_points/'//name, [width, size(records%measured)], units, description, handle, error)
-    end subroutine a_point
 
   end subroutine declare_records
 
@@ -370,6 +374,8 @@ contains
     call put(records%fixed_springs, [state%books%fixed_springs])
     call put(records%work, [state%books%work])
     call put(records%held, [state%books%integrator])
+    call put(records%support_force, [state%pace%support_force])
+    call put(records%bonds, real([bonds_that_hold(state), state%contacts%broken], dp))
     call put(records%damping, [state%books%damping])
     call put(records%dissipated, [dissipated_energy(state%books)])
     call put(records%iterations, [real(report%iterations, dp)])
@@ -448,6 +454,24 @@ contains
     end subroutine put_errors
 
   end subroutine put_step_records
+
+  !> How many contacts have a bond, those of what sleeps too.
+  pure integer function bonds_that_hold(state) result(n)
+    type(state_t), intent(in) :: state
+
+    n = 0
+    if (allocated(state%contacts%contact)) n = count_bonded(state%contacts%contact)
+    if (allocated(state%sleep)) n = n + count_bonded(state%sleep%contact)
+
+  contains
+
+    pure integer function count_bonded(contact)
+      type(contact_t), intent(in) :: contact(:)
+
+      count_bonded = count(contact%entrance(1)%memory%bonded .or. contact%entrance(2)%memory%bonded)
+    end function count_bonded
+
+  end function bonds_that_hold
 
   !> A row of each series of the frames.
   subroutine put_frame_records(results, records, model, cache, state, error)

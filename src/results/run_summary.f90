@@ -3,6 +3,7 @@ module scree_run_summary
   use scree_bearings, only: blow_t
   use scree_contacts, only: blocks_of, contact_t
   use scree_deviation, only: share_off
+  use scree_effects, only: supports_move
   use scree_energy, only: dissipated_energy, stored_energy
   use scree_equilibrium, only: balance_t, tolerance_of
   use scree_joint_rules, only: joints_have_stiffness, joints_soften
@@ -12,6 +13,7 @@ module scree_run_summary
   use scree_run_records, only: displacement_of_vertices, velocity_of_vertices
   use scree_sleep, only: bodies_at_rest
   use scree_state, only: books_t, state_t, time_of_run
+  use scree_step_control, only: is_past_peak
   use scree_step_try, only: cut_reasons
   use scree_time_stepper, only: step_report_t
   implicit none
@@ -65,6 +67,8 @@ module scree_run_summary
     type(overlap_most_t) :: overlap
     type(blow_t) :: blows                !! of all steps, of what springs give back by chance; the shortest swing
     real(dp), allocatable :: off         !! estimated error over the displacement, where the run estimates it
+    real(dp), allocatable :: support_force(:) !! where supports move: in the last step and at most, force/length
+    logical :: past_peak = .false.       !! it fell so far that the run ended
     real(dp) :: aim = 0.0_dp             !! `step.accuracy`, what it may be off by; 0: its steps do not go by that
     real(dp) :: area = 0.0_dp            !! of all blocks, length^2
     real(dp) :: work = 0.0_dp            !! of loads, ground and supports, force length per unit thickness as all energies
@@ -214,6 +218,9 @@ contains
       summary%at_rest = count_moving(model, cache, state) == 0
     if (allocated(state%deviation)) summary%off = share_off(model, cache, state%deviation)
     summary%aim = model%settings%aim
+    if (supports_move(model) .and. .not. model%settings%takes_small_steps()) &
+      summary%support_force = [state%pace%support_force, state%pace%most_force]
+    summary%past_peak = is_past_peak(model%settings, state)
     summary%is_static = model%effects%is_static()
     summary%area = area_of(cache)
     associate (now => state%books, from => summary%books_from)

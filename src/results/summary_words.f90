@@ -79,6 +79,8 @@ contains
 
     text = status(:index(status//':', ':') - 1)//' at time '//words_of_instant(summary%reached)
     if (summary%asked < huge(summary%asked)) text = text//' of '//words_of_instant(summary%asked)
+    if (summary%past_peak) text = text//', past the peak: moving supports push with '// &
+                                  words(summary%support_force(1))//' after '//words(summary%support_force(2))
   end function words_of_end
 
   !> Summary of a stage.
@@ -311,6 +313,7 @@ contains
     call put_steps(json, summary, factors_of(ending%cost))
     call put_motion(json, summary)
     call put_balance(json, summary)
+    call put_support_force(json, summary)
     call put_books(json, summary)
     call put(json, 'change_of_area', change_of_area(summary))
     call put_overlap(json, summary)
@@ -430,6 +433,21 @@ contains
       call end_object(json)
     end associate
   end subroutine put_balance
+
+  !> Force of moving supports along their motion.
+  subroutine put_support_force(json, summary)
+    type(json_t), intent(inout) :: json
+    type(summary_t), intent(in) :: summary
+
+    if (.not. allocated(summary%support_force)) then
+      call put_null(json, 'support_force')
+      return
+    end if
+    call begin_object(json, 'support_force')
+    call put(json, 'last', summary%support_force(1))
+    call put(json, 'largest', summary%support_force(2))
+    call end_object(json)
+  end subroutine put_support_force
 
   !> The books of energy.
   subroutine put_books(json, summary)

@@ -5,7 +5,7 @@ module scree_step_control
   use scree_state, only: state_t
   implicit none
   private
-  public :: after_step, at_end, frame_due, has_no_step, is_settled, next_size, resume_pace, share_done
+  public :: after_step, at_end, frame_due, has_no_step, is_past_peak, is_settled, next_size, resume_pace, share_done
 
   real(dp), parameter :: growth = 1.2_dp     !! of a step that was cut, once it goes well again
   integer, parameter :: easy_steps = 3       !! in a row, before it grows
@@ -117,12 +117,13 @@ contains
     end if
   end subroutine resume_pace
 
-  !> Whether the run is over; a static one that asks for it where it is in equilibrium, or a body moves on.
+  !> Whether the run is over; where it asks for that, past the peak of the force of moving supports, and a static one in equilibrium
+  !> or where a body moves on.
   pure logical function at_end(settings, state)
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state
 
-    at_end = has_no_step(settings, state)
+    at_end = has_no_step(settings, state) .or. is_past_peak(settings, state)
     if (.not. allocated(state%settling)) return
     associate (own => state%settling)
       at_end = at_end .or. (own%steady .and. (own%unbalanced <= settings%balance .or. own%moving > 0))
@@ -136,6 +137,14 @@ contains
 
     has_no_step = state%time >= settings%end_time .or. state%step >= settings%most_steps
   end function has_no_step
+
+  !> Whether the force of moving supports has fallen to the fraction of its largest at which the run ends.
+  pure logical function is_past_peak(settings, state)
+    type(settings_t), intent(in) :: settings
+    type(state_t), intent(in) :: state
+
+    is_past_peak = state%pace%most_force > 0 .and. state%pace%support_force <= settings%past_peak*state%pace%most_force
+  end function is_past_peak
 
   !> Whether what comes after a stage may begin: one that asks for equilibrium has come to it.
   pure logical function is_settled(settings, state)

@@ -6,15 +6,14 @@ module scree_time_stepper
   use scree_contact_beginning, only: begin_again, begin_contacts, go_on_from
   use scree_contact_blame, only: blame_contact
   use scree_contact_detection, only: find_contacts
-  use scree_contact_forces, only: work_of_contacts
   use scree_contact_rules, only: goes_on_after_cut, settles_as_one, steps_decide_impacts
   use scree_body_search, only: draw_circles, list_all, move_circles, searches
   use scree_contact_search, only: predict_ways
   use scree_contact_try, only: contact_try_t, follow_motion
   use scree_contacts, only: blocks_of
   use scree_critical_step, only: find_largest_step
-  use scree_effects, only: mean_share_of_weight, refresh_elements, supports_move, supports_move_exactly, work_of_ramp
-  use scree_energy, only: close_books, loss_of_step, work_of_step
+  use scree_effects, only: mean_share_of_weight, refresh_elements, work_of_ramp
+  use scree_energy, only: close_books, loss_of_step
   use scree_equilibrium, only: balance_t, find_balance
   use scree_equations, only: constrain_equations, group_elements, has_no_pairs
   use scree_errors, only: error_t, fail, status_run_failed
@@ -33,6 +32,7 @@ module scree_time_stepper
   use scree_step_checks, only: check_state, check_try
   use scree_step_constraints, only: constraints_of_step
   use scree_strain_choice, only: add_where_needed, choose_at_start, take_choice
+  use scree_step_work, only: find_support_force, find_work
   use scree_step_try, only: begin_outcome, outcome_t, remedy_shorter, remedy_stiffer, remedy_wider, try_t
   use scree_text, only: rounded_text
   use scree_timers, only: begin_phase, phase_check, phase_restitution, phase_search, phase_update
@@ -84,6 +84,7 @@ contains
     type(step_report_t), intent(out) :: report
     type(error_t), allocatable, intent(out) :: error
     type(try_t) :: try
+    real(dp) :: work, supports
 
     call begin_step(model, cache, state, dt, try)
     tries: do
@@ -102,8 +103,9 @@ contains
       if (try%outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
     call begin_phase(cache%timers, phase_update)
-    report = step_report_t(outcome_t=try%outcome, dt=try%dt, travel=try%travel, &
-                           work=work_of_try(model, cache, state, try), &
+    call find_work(model, cache, state, try, work, supports)
+    call find_support_force(model, try%dt, supports, state)
+    report = step_report_t(outcome_t=try%outcome, dt=try%dt, travel=try%travel, work=work, &
                            ramp=work_of_ramp(model, cache, try%d, try%rule), &
                            weight_share=mean_share_of_weight(model, try%rule), blow=blow_of_try(model, cache, state, try))
     call accept(model, try, report%work + report%ramp, cache, state)
@@ -112,24 +114,6 @@ contains
     allocate (report%balance)
     call find_balance(model, cache, try, state, report%balance, error)
   end subroutine advance_by_solving
-
-  !> Work that loads, the ground and supports do in an accepted try. Exact supports bear what contacts press their bodies with.
-  pure real(dp) function work_of_try(model, cache, state, try) result(work)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state        !! at the beginning of the step
-    type(try_t), intent(in) :: try
-    type(state_t) :: began                    ! with what an impact pushes
-
-    if (allocated(try%impact%push) .and. supports_move(model)) then
-      began = state
-      began%velocity = began%velocity + try%impact%push
-      work = work_of_step(model, cache, began, try%rule, try%d) + try%impact%work
-    else
-      work = work_of_step(model, cache, state, try%rule, try%d)
-    end if
-    if (supports_move_exactly(model)) work = work - work_of_contacts(model, try%contacts, try%d)
-  end function work_of_try
 
   !> What the tries of a step begin with.
   subroutine begin_step(model, cache, state, dt, try)

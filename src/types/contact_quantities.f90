@@ -43,6 +43,7 @@ module scree_contact_quantities
     real(dp) :: hardening = 1.0_dp !! of the springs in this step, so that multipliers follow faster
     type(opening_t) :: opening     !! that the iteration has come to
     type(bend_t) :: bend           !! likewise
+    logical :: bonded = .false.
     real(dp) :: damage = 0.0_dp    !! of its bond
   end type entrance_start_t
 

@@ -84,6 +84,7 @@ module scree_contacts
     real(dp) :: pressed = 0.0_dp            !! largest overlap of a spring then, length
     real(dp) :: gap = 0.0_dp                !! largest of a closed contact then, length
     integer :: count(3) = 0                 !! contacts open, sliding, locked then
+    integer :: broken(2) = 0                !! bonds that broke in tension and in shear since the run began
   end type contact_memory_t
 
   !> Which bodies are near others, by circles that hold for many steps.

@@ -164,6 +164,7 @@ module scree_scene
     real(dp) :: step_overlap = 0.0_dp       !! of blocks over their size, by which small steps choose theirs; 0: by run_out
     real(dp) :: aim = 0.0_dp                !! fraction of its displacement that the run may be off by; 0: steps as given
     real(dp) :: balance = -1.0_dp           !! fraction of the forces out of balance at which a static run ends; below 0: none
+    real(dp) :: past_peak = -1.0_dp         !! fraction of its largest to which the force of moving supports may fall; below 0: any
     real(dp) :: sleep = 0.0_dp              !! fraction of weight and speed below which bodies at rest fall asleep, 0: none does
     integer :: iterate = iterate_hybrid
     integer :: test = test_theta

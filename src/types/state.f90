@@ -52,6 +52,8 @@ module scree_state
     real(dp) :: bound = huge(1.0_dp)     !! of an explicit step: the least that there was, time
     real(dp) :: pseudo = huge(1.0_dp)    !! size by which inertia resists a static step, where that is less than its own, time
     real(dp) :: small = 0.0_dp           !! size of the last small step; 0: the stage has had none, time
+    real(dp) :: support_force = 0.0_dp   !! of moving supports in the last step: work over the way of the fastest, force/length
+    real(dp) :: most_force = 0.0_dp      !! the largest of these
     integer :: easy = 0                  !! steps since the last cut
     integer :: frames = 0                !! after the first; with a spacing, the last multiple of it that was passed
   end type pace_t

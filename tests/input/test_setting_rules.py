@@ -69,7 +69,7 @@ def breach(subject, condition):
                 own_line = f"{other}={value}" == "contact.method=none" and "augmented" not in allowed \
                     or subject in SMALL and other == "contact.rules"  # the other rules of contact refuse these schemes first
                 if value not in re.findall(r"'(.*?)'", allowed) and not own_line:
-                    yield {"k01": "0"} if subject == "step.balance" else {}, [*given, f"{other}={value}"]  # static runs alone have it
+                    yield {"k01": "0"} if subject in ("step.balance", "step.past_peak") else {}, [*given, f"{other}={value}"]  # static runs alone have it
         else:
             yield {}, given
 

@@ -19,7 +19,7 @@ COLUMNS = {"bolts.ends": dict.fromkeys(BOLT_NUMBERS, 1), "boundary.lines": {"pre
            **{f"support.{points}": {} for points in POINT_HOLDS.values()}}
 LINE, POINT = 4, 2  # numbers: x1 y1 x2 y2, x y
 WIDTH_OF = {f"support.{points}": POINT for points in POINT_HOLDS.values()}
-STEP_SETTINGS = ("step.size", "step.count", "step.end_time", "step.balance")
+STEP_SETTINGS = ("step.size", "step.count", "step.end_time", "step.balance", "step.past_peak")
 
 
 class Holding(Rock):
