@@ -22,8 +22,8 @@ from .ground_motion import Spectrum, response_spectrum
 from .model import Model, arc
 from .program import Runner, call, cut, program, run, version
 from .results import Contacts, Group, Results, read
-from .verbs import FactorOfSafety, film, fs, plot, report, rockfall, study
+from .verbs import FactorOfSafety, film, fs, laboratory, plot, report, rockfall, study
 
 __all__ = ["Contacts", "FactorOfSafety", "Group", "Model", "ModelError", "ProgramMissing", "Results", "ResultsError", "RunFailed", "Runner",
-           "ScreeError", "Spectrum", "arc", "call", "cut", "film", "fs", "plot", "program", "read", "report", "response_spectrum", "rockfall",
-           "run", "study", "version"]
+           "ScreeError", "Spectrum", "arc", "call", "cut", "film", "fs", "laboratory", "plot", "program", "read", "report", "response_spectrum",
+           "rockfall", "run", "study", "version"]

@@ -20,6 +20,7 @@ from .results import Results, read
 if typing.TYPE_CHECKING:
     import matplotlib.axes
 
+    from .laboratories.command import Laboratory
     from .rockfalls.command import Falls
 
 Scene = Model | StrPath
@@ -181,6 +182,15 @@ def rockfall(scene: Mapping[str, typing.Any] | StrPath, jobs: int | None = None)
     """Lets many rocks fall on a slope, as `tools/rockfall` does: a TOML file, or its tables as a dictionary (doc/howto/rock-fall.md)."""
     from .rockfalls.command import rockfall as let_fall
     return let_fall(scene, jobs)
+
+
+def laboratory(test: str = "ucs", seeds: Sequence[int] = (1,), pressures: Sequence[float] = (0.0,), folder: StrPath | None = None,
+               jobs: int | None = None, **specimen: typing.Any) -> Laboratory:
+    """Tests specimens of bonded grains, as `tools/test_rock` does: one with each seed at each pressure (doc/howto/laboratory.md). `specimen`
+    has arguments of a `Specimen`, such as grains=200, and `rock`."""
+    from .laboratories.command import laboratory as let_test
+    with in_words_of_python():
+        return let_test(test, seeds, pressures, folder, jobs, **specimen)
 
 
 def deck_of(what: Scene, folder: StrPath) -> pathlib.Path:

@@ -5,6 +5,8 @@ import dataclasses
 import numbers
 import pathlib
 import tempfile
+import typing
+from collections.abc import Mapping
 
 from ..errors import ModelError
 from ..program import call, done_or_failed
@@ -14,6 +16,9 @@ from .text import Part, Setting, number_text, numbers_text
 from .words import Point, Points, UnitSystem, number, one_of, places, text, vector, whole
 
 JOINT_LAWS = ("kn", "ks", "residual_phi", "residual_slip", "residual_c", "jrc", "jcs", "closure", "dilation", "dilation_slip")
+if typing.TYPE_CHECKING:
+    from .grains import Grains
+
 HELD_CORNERS = 0.01  # from the corner of a block to its middle, where the fixed points of a fixed block lie
 
 
@@ -273,6 +278,34 @@ class Rock:
                                       number(thickness, "arch(thickness=)", above=0), whole(stones, "arch(stones=)"),
                                       number(start, "arch(start=)"), number(end, "arch(end=)", above=start)):
             self.block(name, corners, material, joint)
+
+    def grains(self, name: str, outline: Points, size: float, minerals: Mapping[str, float] | None = None,
+               joint: str | Mapping[tuple[str, str], str] | None = None, side: str | None = None, kind: str = "voronoi", grading: float = 0,
+               relax: int = 10, least: float = 0.2, seed: int = 1) -> Grains:
+        """Grains that fill a polygon as finished blocks; `size` is the side of a square of their mean area.
+
+        `minerals` has shares of the area by block material. `joint` is the joint material between grains: one name, or one for each pair of
+        minerals. `side` is that of the outline, the first of these unless it is given. `kind` is voronoi or trigon, `grading` the spread of
+        sizes, `relax` how often points move to the middles of their cells, `least` the shortest side over the size.
+        """
+        if minerals is None and len(self.materials) > 1:
+            raise ModelError(f"grains(minerals=): expected shares of {', '.join(self.materials)}, found none")
+        for one in minerals or {}:
+            self._material(one, "grains(minerals=)")
+        from .grains import grains_in  # here, as scipy and shapely are not needed by other words
+        found = grains_in(outline, size, kind, grading, relax, least, minerals, seed)
+        left, joints, corners = found.neighbours(), {}, tidied(found.corners.tolist())
+        for (a, b), i in left.items():
+            if (b, a) in left:
+                pair = found.minerals[i], found.minerals[left[b, a]]
+                joints[a, b] = joint.get(pair, joint.get(pair[::-1])) if isinstance(joint, Mapping) else joint
+                if isinstance(joint, Mapping) and joints[a, b] is None:
+                    raise ModelError(f"grains(joint=): expected the joint material of {pair[0]} and {pair[1]}, found none")
+        side = side or (next(iter(joint.values())) if isinstance(joint, Mapping) else joint)
+        for own, mineral in zip(found.grain, found.minerals):
+            self.block(name, [corners[i] for i in own], mineral or None,
+                       [joints.get(pair, side) for pair in zip(own, own[1:] + own[:1])])
+        return found
 
     # Points
 

@@ -1,0 +1,1 @@
+"""Tests of specimens of bonded grains (`tools/test_rock`), and grains as block files (`tools/grains`)."""
