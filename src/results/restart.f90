@@ -299,8 +299,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (size(past%rows) /= output%checkpoints%n_series) then
-      call fail(error, status_bad_input, past%path//': expected a run of this program, with '// &
-                number_text(output%checkpoints%n_series)//' series, found '//number_text(size(past%rows)))
+      call fail(error, status_bad_input, past%path//': expected a run with '//number_text(output%checkpoints%n_series)// &
+                ' series, as this scene has, found '//number_text(size(past%rows))//'; a restart cannot add bonds')
     else
       call copy_rows_of(past, output%file, error)
     end if

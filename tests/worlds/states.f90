@@ -22,8 +22,10 @@ contains
     if (a%stage%number /= b%stage%number .or. a%stage%steps /= b%stage%steps .or. &
         .not. same([a%stage%begins], [b%stage%begins])) name = 'stage'
     if (a%pace%easy /= b%pace%easy .or. a%pace%frames /= b%pace%frames .or. .not. &
-        same([a%pace%size, a%pace%last, a%pace%small, a%pace%bound, a%pace%pseudo], &
-             [b%pace%size, b%pace%last, b%pace%small, b%pace%bound, b%pace%pseudo])) &
+        same([a%pace%size, a%pace%last, a%pace%small, a%pace%bound, a%pace%pseudo, &
+              a%pace%support_force, a%pace%most_force], &
+             [b%pace%size, b%pace%last, b%pace%small, b%pace%bound, b%pace%pseudo, &
+              b%pace%support_force, b%pace%most_force])) &
       name = 'pace'
     if (.not. same([a%vertex], [b%vertex])) name = 'vertex'
     if (.not. same([a%point], [b%point])) name = 'point'
@@ -129,6 +131,7 @@ contains
       if (.not. same([a%extra_reach, a%extra_turn], [b%extra_reach, b%extra_turn])) name = 'what the search adds'
     end if
     if (any(a%count /= b%count)) name = 'count of contacts'
+    if (any(a%broken /= b%broken)) name = 'bonds that broke'
     if (allocated(a%contact) .neqv. allocated(b%contact)) name = 'contacts'
     if (.not. (allocated(a%contact) .and. allocated(b%contact))) return
     if (.not. same_whole([a%inside], [b%inside])) name = 'inside'
