@@ -143,7 +143,9 @@ contains
     type(settings_t), intent(in) :: settings
     type(state_t), intent(in) :: state
 
-    is_past_peak = state%pace%most_force > 0 .and. state%pace%support_force <= settings%past_peak*state%pace%most_force
+    is_past_peak = .false.
+    if (.not. (settings%past_peak >= 0 .and. state%pace%most_force > 0)) return
+    is_past_peak = state%pace%support_force <= settings%past_peak*state%pace%most_force
   end function is_past_peak
 
   !> Whether what comes after a stage may begin: one that asks for equilibrium has come to it.

@@ -162,7 +162,7 @@ def test_a_run_has_the_bits_of_the_deck_with_that_number_and_goes_on_with_it(tmp
         assert done.returncode == 0, done.stderr
     on, edited = (scree.read(tmp_path / folder / "half.h5").vertices() for folder in ("deck", "edited"))
     assert np.array_equal(on, edited) and np.allclose(on, whole.vertices(), rtol=1e-9)
-    done = scree.call("run", "--restart", "half.h5", "--set", "joint(1).phi=3", cwd=tmp_path / "deck")
+    done = scree.call("run", "--restart", "half.h5", "--set", "material(1).E=3", cwd=tmp_path / "deck")
     assert done.returncode == 2 and "expected one of step.size, " in done.stderr
 
 
