@@ -170,4 +170,4 @@ def test_the_command_says_what_is_off():
     done = subprocess.run([SOURCE / "tools" / "gallery", "rockfall", "tunnel"], capture_output=True, text=True)
     assert done.returncode == 0 and done.stdout.endswith("5 of 5 as expected\n"), done.stdout + done.stderr
     done = subprocess.run([SOURCE / "tools" / "gallery", "nothing"], capture_output=True, text=True)
-    assert done.returncode == 2 and "expected names out of arch, cantilever" in done.stderr
+    assert done.returncode == 2 and "expected names out of anchors, arch" in done.stderr
