@@ -271,7 +271,7 @@ def test_overlap_is_the_depth_of_a_corner():
 
 BLOCKS = {"m1-column/column.blk": 11, "m6-roof-wedge/wedge.blk": 5, "m7-cradle/row.geo": 5, "p1-confined-column/stack.geo": 10,
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
-          "w1-wave/column.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
+          "w1-wave/column.geo": 1, "w3-free-field/layer.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
           "e9-column/column.geo": 1, "e10-rod/rod.geo": 1, "e8-patch/patch.geo": 1, "e2-spin/square.geo": 1, "e5-elastica/beam.geo": 1,
           "e12-kirsch/plate8.geo": 1, "e12-kirsch/plate16.geo": 1,
           "e11-brazilian/quarter16.geo": 1, "e11-brazilian/quarter32.geo": 1,
