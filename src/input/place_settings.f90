@@ -90,8 +90,8 @@ contains
     call row%reals(setting_t('bolt_ring', 'centre', 'x y of the centre of each ring', 'length'), s%ring_centres)
     call row%reals(setting_t('bolt_ring', 'radius', 'distance of the heads from the centre', 'length', 0.0_dp, open=.true.), &
                    s%ring_radius)
-    call row%reals(setting_t('bolt_ring', 'from', 'angle of the first bolt, counter-clockwise from x', 'degree', default='0'), &
-                   s%ring_from)
+    call row%reals(setting_t('bolt_ring', 'from', 'angle of the first bolt, counter-clockwise from x', 'degree', &
+                             default='0 for each ring'), s%ring_from)
     call row%reals(setting_t('bolt_ring', 'to', 'angle of the last bolt, counter-clockwise from x', 'degree', &
                              default='a full circle'), s%ring_to)
     call row%reals(setting_t('bolt_ring', 'spacing', 'distance of the heads along the circle', 'length', 0.0_dp, open=.true.), &
