@@ -123,7 +123,7 @@ contains
     call row%text(setting_t('excavation', 'stage', 'name of the stage that removes the rock of each polygon, with commas between', &
                             default='none'), s%excavating_stages)
     call row%reals(setting_t('excavation', 'joint', 'joint material of the sides of each polygon, or of all', '1', 1.0_dp, &
-                             default='1'), s%excavated_joint)
+                             default='1 for all'), s%excavated_joint)
   end subroutine visit_ground_before
 
   !> Numbers of the bolts of a group.
