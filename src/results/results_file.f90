@@ -13,6 +13,8 @@ module scree_results_file
   use scree_classic_output, only: classic_output_t
   use scree_disk_room, only: disk_room_t, give_back, hold_again
   use scree_errors, only: error_t, fail, status_run_failed
+  use scree_frame_layout, only: layout_parts, layout_rows, layout_t, part_block, part_corners, part_parent, part_types, &
+                                units_of_part, words_of_part
   use scree_files, only: remove_file, set_length, without_links
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, write_text, write_whole, &
@@ -27,11 +29,10 @@ module scree_results_file
   implicit none
   private
 
-  public :: abandon_results, add_frame, add_layout, close_results, count_frames, declare_series, expect_place_still, layout_t, &
-            make_room, open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
+  public :: abandon_results, add_frame, add_layout, close_results, count_frames, declare_series, expect_place_still, make_room, &
+             open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
             work_row_t, write_rows, write_where_due
 
-  integer, parameter :: vtk_polygon = 7
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
   integer(hsize_t), parameter :: closing_bytes = 131072 !! of what the run came to and cost, with its indices
   real, parameter :: longest_wait = 0.25     !! seconds between two times that rows are written
@@ -42,26 +43,6 @@ module scree_results_file
   !> Field by which programs that read VTK know cells that are not drawn (vtkDataSetAttributes: HIDDENCELL).
   character(len=*), parameter :: ghost_field = 'vtkGhostType'
   real(dp), parameter :: hidden = 32
-
-  !> Polygons of the frames: element i has the vertices corner(first(i):first(i+1)-1), counter-clockwise.
-  type :: layout_t
-    integer :: n_vertices = 0
-    integer, allocatable :: first(:)        !! (n_elements+1)
-    integer, allocatable :: corner(:)       !! one with holes comes to some vertices twice
-    integer, allocatable :: block(:)        !! (n_elements)
-    integer, allocatable :: material(:)     !! (n_elements)
-    integer, allocatable :: parent(:)       !! (n_elements) element of the layout before that each is part of, where layouts change
-    integer, allocatable :: joint(:)        !! (n_corners) joint material of the edge from each to the next, 0: a line of the mesh
-    logical :: changes = .false.            !! cracks may grow, so that frames have other polygons
-    integer :: expected_frames = 1
-    integer :: expected_steps = 1
-  end type layout_t
-
-  !> What says of which polygons a frame is; where those may change a series each, with rows for each layout.
-  character(len=*), parameter :: layout_parts(10) = [character(len=31) :: '/VTKHDF/NumberOfPoints', '/VTKHDF/NumberOfCells', &
-    '/VTKHDF/NumberOfConnectivityIds', '/VTKHDF/Connectivity', '/VTKHDF/Offsets', '/VTKHDF/Types', '/VTKHDF/CellData/block', &
-    '/VTKHDF/CellData/material', '/elements/joint', '/elements/parent']
-  integer, parameter :: part_corners = 4, part_types = 6, part_block = 7, part_joint = 9, part_parent = 10
 
   !> Numbers of the series of the frames.
   type :: frame_series_t
@@ -208,8 +189,8 @@ contains
       real(dp), intent(in) :: values(:)
 
       if (allocated(error)) return
-      call fixed_rows(results%file, trim(layout_parts(part)), [integer ::], .true., units_of(part), words_of(part), values, error, &
-                      part == part_types)
+      call fixed_rows(results%file, trim(layout_parts(part)), [integer ::], .true., units_of_part(part), &
+                      words_of_part(part), values, error, part == part_types)
       call name_file(results, error)
     end subroutine fixed
 
@@ -220,28 +201,9 @@ contains
       integer, intent(inout) :: handle
 
       if (.not. allocated(error)) &
-        call make_series(results, trim(layout_parts(part)), [integer ::], .true., units_of(part), words_of(part), &
+        call make_series(results, trim(layout_parts(part)), [integer ::], .true., units_of_part(part), words_of_part(part), &
                          min(4*size(values), chunk_bytes/8), handle, error, part == part_types)
     end subroutine grow_part
-
-    !> Unit of a part of the polygons.
-    pure function units_of(part) result(units)
-      integer, intent(in) :: part
-      character(len=:), allocatable :: units
-
-      units = ''
-      if (part == part_joint .or. part == part_parent) units = '1'
-    end function units_of
-
-    !> What a part of the polygons is, where VTK does not say it.
-    pure function words_of(part) result(words)
-      integer, intent(in) :: part
-      character(len=:), allocatable :: words
-
-      words = ''
-      if (part == part_joint) words = 'joint material of the edge from each vertex to the next, 0: a line of the mesh'
-      if (part == part_parent) words = 'element of the layout before that each is part of, from 1'
-    end function words_of
 
     !> Rows that grow with the frames.
     subroutine grow(name, shape, whole, units, description, chunk_rows, handle, byte)
@@ -273,37 +235,6 @@ contains
     end subroutine grow_step
 
   end subroutine make_frames
-
-  !> The rows of a part of the polygons.
-  pure function layout_rows(layout, part) result(rows)
-    type(layout_t), intent(in) :: layout
-    integer, intent(in) :: part              !! of `layout_parts`
-    real(dp), allocatable :: rows(:)
-    integer :: i
-
-    select case (part)
-    case (1)
-      rows = [real(layout%n_vertices, dp)]
-    case (2)
-      rows = [real(size(layout%block), dp)]
-    case (3)
-      rows = [real(size(layout%corner), dp)]
-    case (part_corners)
-      rows = real(layout%corner - 1, dp)
-    case (5)
-      rows = real(layout%first - 1, dp)
-    case (part_types)
-      rows = [(real(vtk_polygon, dp), i=1, size(layout%block))]
-    case (part_block)
-      rows = real(layout%block, dp)
-    case (8)
-      rows = real(layout%material, dp)
-    case (part_joint)
-      rows = real(layout%joint, dp)
-    case default
-      rows = real(layout%parent, dp)
-    end select
-  end function layout_rows
 
   !> Adds the polygons that frames have from here on, where they may change; they wait in memory.
   subroutine add_layout(results, layout, error)

@@ -12,7 +12,8 @@ module scree_run_output
   use scree_model, only: cache_t, model_t
   use scree_problem_output, only: store_problem
   use scree_regions, only: joint_between
-  use scree_results_file, only: add_frame, add_layout, close_results, expect_place_still, layout_t, open_results, results_t, &
+  use scree_frame_layout, only: layout_t
+  use scree_results_file, only: add_frame, add_layout, close_results, expect_place_still, open_results, results_t, &
                                 store_rows, store_text, store_words, work_row_t, write_rows, write_where_due
   use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &
                                velocity_of_vertices
