@@ -111,12 +111,18 @@ def scene_of_deck(name, given, quantities, names, path):
     return own(deck, explain([deck], given.set, path), {name: quantities[name] for name in names})
 
 
-def study_of(name, given, decks, path):
-    """The runs of a scene of the set or of a deck."""
-    if name in SHIPPED:
-        scene = SHIPPED[name][1]()
-    else:
-        scene = scene_of_deck(name, given, QUANTITIES, given.quantity, path)
+def scenes_of(given, path):
+    """The scenes of the set and of decks that are asked for."""
+    scenes = [SHIPPED[name][1]() if name in SHIPPED else scene_of_deck(name, given, QUANTITIES, given.quantity, path)
+              for name in dict.fromkeys(given.scene or SHIPPED)]
+    names = [scene.name for scene in scenes]
+    if len(set(names)) < len(names):
+        raise ScreeError(f"expected decks of different names, found {', '.join(names)}: run each into a --folder of its own")
+    return scenes
+
+
+def study_of(scene, given, decks, path):
+    """The runs of a scene."""
     scene.axes = axes_of(scene, given)
     return Study(scene, grid(scene.axes, given.all), given.set, decks, given.folder, path)
 
@@ -146,10 +152,7 @@ def study(given):
     from .page import write_page
     path = program(given.scree)
     with work_folder() as decks:
-        studies = [study_of(name, given, decks, path) for name in dict.fromkeys(given.scene or SHIPPED)]
-        names = [one.scene.name for one in studies]
-        if len(set(names)) < len(names):
-            raise ScreeError(f"expected decks of different names, found {', '.join(names)}: run each into a --folder of its own")
+        studies = [study_of(scene, given, decks, path) for scene in scenes_of(given, path)]
         run_all(studies, path, given.rounds, given.jobs, given.limit, given.instructions)
     found, pictures = [Findings(one) for one in studies], []
     for findings in found:
