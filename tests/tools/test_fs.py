@@ -42,6 +42,23 @@ def test_a_block_on_a_plane(tmp_path, phi, slope):
     assert all(int(line["solves"]) < 50 for line in lines if line["stands"] == "True")
 
 
+def test_a_joint_that_dilates_has_the_factor_of_its_friction(tmp_path):
+    """Its friction angle is the whole angle, so dilation adds no strength. It must not exceed that angle, and is divided with it."""
+    _, lines = found(tmp_path, PLANE, "--set", "joint(1).phi=40", "--set", "joints.dilation=30", "--set", "joints.dilation_slip=0.1")
+    exact = math.tan(math.radians(40)) / math.tan(math.radians(30))
+    stands, falls = factors(lines)
+    assert stands * (1 - 2e-4) < exact < falls and falls / stands - 1 < 6e-3
+
+
+def test_the_factor_of_a_block_that_may_crack_grows_with_its_strength(tmp_path):
+    """A block hangs from a ligament between two cracks. The tension before them does not depend on the strength, so the factor is
+    proportional to it."""
+    static = {"deck.k01": 0, "step.count": 200, "step.size": 0.1}
+    factors = [scree.fs(SOURCE / "input" / "examples" / "breaking" / "breaking.ana", set=static | {"cracks.strength": strength}, within=0.05,
+                        folder=tmp_path / str(strength)) for strength in (26e3, 39e3)]
+    assert factors[0].stands < factors[1].falls / 1.5 and factors[1].stands / 1.5 < factors[0].falls
+
+
 def test_a_plane_failure(tmp_path):
     """Friction and cohesion: the deck has the strength of a factor of 1.14608, over 0.99 of that (doc/validation.md, M5)."""
     _, lines = found(tmp_path, CASES / "m5-plane-failure" / "stands.ana", "--within", "2e-3")
@@ -106,7 +123,7 @@ def test_a_scene_without_joint_materials_has_none_to_reduce(tmp_path):
     ([PLANE, "--joints", "2"], 2, "expected joint materials of the scene, 1 to 1, found [2]"),
     ([PLANE, "--set", "joint(1).phi=0"], 2, "nothing to reduce"),
     ([PLANE, "--set", "joint(1).phi=1", "--most", "4"], 1, "it falls with a factor of 0.25: strength does not hold it"),
-    ([PLANE, "--set", "joints.jrc=8", "--set", "joints.jcs=1e6"], 2, "found joints.jrc = 8: a factor does not divide it"),
+    ([PLANE, "--set", "joints.jrc=8", "--set", "joints.jcs=1e6"], 2, "found joints.jrc = 8: a rough joint with less strength is not one of another roughness"),
     ([CASES / "s4-bolted-later" / "bolted.ana", "--stage", "bench"], 2, "--stage: expected all, or a stage by name or number, 1 to 3"),
     ([CASES / "s4-bolted-later" / "unbolted.ana", "--stage", "3"], 1, "expected stages that stand before the factor changes anything"),
     ([PLANE, "--load", "seismic"], 2, "--load seismic: expected acceleration of the ground in the stage, found none"),

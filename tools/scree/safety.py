@@ -4,7 +4,8 @@
                           [--mechanisms N] [--balance 1e-4] [--within 0.005] [--most 16] [--set GROUP.NAME=VALUE] [--units m,MPa=1e6]
                           [-o FOLDER]
 
-tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F. The scene
+tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F. So is the
+tangent of their dilation angle, and without --joints the strength at which cracks grow through blocks (cracks.strength). The scene
 then runs as a static one, from its start. It stands if the force out of balance on each body falls below a fraction of its weight and
 loads (--balance). It falls if a block moves on and on, or if the run fails. If its steps run out first, the run is undecided, and the
 search ends without a factor: give the deck more steps (n5).
@@ -20,8 +21,8 @@ edges (boundary), in the same stage.
 
 Blocks that move together are a mechanism. With --least and --inside only mechanisms count that have this area and lie in this
 polygon. Blocks of another one are taken away, as if they had fallen, and the run is made again. With --mechanisms N the search goes on
-without the blocks of the mechanism that was found, for the factor of the next one. A deck with joints.jrc or joints.dilation is
-refused, because their strength does not divide.
+without the blocks of the mechanism that was found, for the factor of the next one. A deck with joints.jrc is refused: a rough joint
+with less strength is not one of another roughness, as its friction angle falls with the stress.
 
 Exit status 0; 1 where nothing falls up to --most or stands down to its inverse, or a run is undecided; 2 for bad input.
 """
@@ -56,8 +57,9 @@ LOADS = {"seismic": ("acceleration.scale",), "boundary": ("boundary.pressure", "
 LOADED = {"seismic": ("acceleration of the ground", "acceleration.table", "acceleration.file"),
           "boundary": ("pressure or traction on edges", *LOADS["boundary"])}
 STRENGTH = ("phi", "cohesion", "tensile_strength")  # of the row of a joint material
-LATER_STRENGTH = ("residual_phi", "residual_c")
-UNDIVIDED = ("joints.jrc", "joints.dilation")
+LATER_STRENGTH = ("residual_phi", "residual_c", "dilation")  # that only &joints gives
+ANGLES = ("phi", "residual_phi", "dilation")
+OF_BLOCKS, ROUGH = "cracks.strength", "joints.jrc"
 ALL = "all"
 TINY = 1e-6  # of the step size: a step in which nothing moves
 OF_ITS_STAGE = ("acceleration.", "step.")  # settings that a later stage does not take over
@@ -98,7 +100,8 @@ class Reduction:
             raise ScreeError(f"expected static stages, found stage {k + 1} ({said.names[k]}): a factor of safety is of an equilibrium")
         self.in_force = {k: said.stages[k - 1] for k in self.stages}
         self.rows = said.joints
-        self.joints = self._joints(said, joints)
+        chosen = list(joints)
+        self.joints, self.reduces_blocks = self._joints(said, chosen), not chosen
         self._check(said)
         self.mechanism, self.gone, self.found = 1, set(), []  # number, blocks of earlier mechanisms, (factor, blocks) that fell
         self.last: dict[float, Mechanism | None] = {}         # what moves, by the factor of the run that falls
@@ -146,9 +149,9 @@ class Reduction:
                 if not any(name in stage for name in given):
                     raise ScreeError(f"--load {self.load}: expected {what} in the stage, found none")
                 continue
-            if beside := [name for name in UNDIVIDED if any(numbers(stage, name))]:
-                raise ScreeError(f"expected joints without {' and '.join(UNDIVIDED)}, found {beside[0]} = {stage[beside[0]]}: a factor does "
-                                 "not divide it")
+            if any(value > 0 for joint, value in enumerate(numbers(stage, ROUGH), 1) if joint in self.joints):
+                raise ScreeError(f"expected joints without {ROUGH}, found {ROUGH} = {stage[ROUGH]}: a rough joint with less strength is not "
+                                 "one of another roughness; weaken other joints with --joints, or give its friction angle at the stress it bears")
             if not any(self.strength(stage, name)[joint - 1] > 0 for name in STRENGTH for joint in self.joints):
                 raise ScreeError("expected a joint with friction, cohesion or tensile strength, found none: there is nothing to reduce")
 
@@ -174,6 +177,8 @@ class Reduction:
                     yield f"{prefix}joints.{name}={' '.join(map(repr, weaker))}"
                 elif weaker:
                     yield from (f"joint({joint}).{name}={weaker[joint - 1]!r}" for joint in self.joints)
+            if self.reduces_blocks and not self.load and (of_blocks := numbers(stage, OF_BLOCKS)):
+                yield f"{prefix}{OF_BLOCKS}={' '.join(repr(value / factor) for value in of_blocks)}"
 
     def taken_away(self, factor: float) -> set[int]:
         """Blocks that fell with this factor or a smaller one, and do not count; and those of mechanisms found before."""
@@ -253,7 +258,7 @@ class Reduction:
 
 def weakened(value: float, name: str, factor: float) -> float:
     """A strength over a factor: of an angle its tangent."""
-    return math.degrees(math.atan(math.tan(math.radians(value)) / factor)) if name.endswith("phi") else value / factor
+    return math.degrees(math.atan(math.tan(math.radians(value)) / factor)) if name in ANGLES else value / factor
 
 
 def with_a_stage_before(model: Model, settings: list[str]) -> list[str]:
