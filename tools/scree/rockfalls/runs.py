@@ -13,10 +13,13 @@ import numpy as np
 from ..block_files import block_file, held
 from ..program import StrPath, run
 from ..records import Bar, stopped_at_once
+from ..results import Results
 from .scene import ROCK, Rock, RockFall
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 SLOW = 0.02      # of the speed of a fall from its own size, below which a rock is at rest
+STILL = 1e-6     # of this speed, below which a run ends: what rests in equilibrium is slower, what only turns back is faster
+LOOK = 500       # steps after which a run is looked at; a restart takes as long as some hundred of them
 DEEP = 0.25      # of the width of the slope: how deep the ground goes below its lowest place
 
 
@@ -74,7 +77,8 @@ def decks(scene: RockFall, rock: Rock, folder: pathlib.Path) -> list[pathlib.Pat
 def fall(scene: RockFall, rock: Rock, path: StrPath | None = None) -> Path:
     """The path of a rock."""
     with tempfile.TemporaryDirectory() as folder:
-        results = run(*decks(scene, rock, pathlib.Path(folder)), output=pathlib.Path(folder, "fall.h5"), path=path, env=os.environ | ONE_THREAD)
+        results = run(*decks(scene, rock, pathlib.Path(folder)), output=pathlib.Path(folder, "fall.h5"), path=path, env=os.environ | ONE_THREAD,
+                      each=lambda so_far: is_under_way(scene, rock, so_far), every=LOOK)
         history, points = results.history, results.measured_points
         time, place, velocity = history.time, points.position[:, 0], points.velocity[:, 0]
         energy = history.energy.kinetic * rock.size
@@ -94,6 +98,12 @@ def fall(scene: RockFall, rock: Rock, path: StrPath | None = None) -> Path:
         last, end = int(outside[0]), "out"
     kept = slice(0, last + 1)
     return Path(rock, scene.density * area * rock.size, time[kept], place[kept], velocity[kept], energy[kept], end)
+
+
+def is_under_way(scene: RockFall, rock: Rock, results: Results) -> bool:
+    """Whether a rock moves, and is above the slope."""
+    (x, _), velocity = results.measured_points.position[-1, 0], results.measured_points.velocity[-1, 0]
+    return scene.slope[0, 0] <= x <= scene.slope[-1, 0] and np.hypot(*velocity) > STILL * np.sqrt(scene.gravity * rock.size)
 
 
 def inertia_of(corners: np.ndarray) -> float:
