@@ -423,11 +423,11 @@ def draw_numbers(axis, file, frame, common):
 class Look:
     """How frames are drawn, where it is not told by itself."""
 
-    window: list = None     # x and y of two corners
-    range: list = None      # of the colours: two numbers, or ["full"]; else all but the hundredth at each end
-    mesh: bool = True       # lines within blocks
-    colours: str = None     # a map of matplotlib
-    magnify: float = 1.0    # displacements by so much
+    window: list | None = None  # x and y of two corners
+    range: list | None = None   # of the colours: two numbers, or ["full"]; else all but the hundredth at each end
+    mesh: bool = True           # lines within blocks
+    colours: str | None = None  # a map of matplotlib
+    magnify: float = 1.0        # displacements by so much
     units: Units = dataclasses.field(default_factory=Units)
 
     def title(self, file, frame, digits=""):
@@ -479,7 +479,7 @@ class Panels:
         self.values = {slot: values / factor if factor != 1 else values for slot, (values, _) in found.items()}
         every = np.concatenate(list(self.values.values()))
         *self.limits, self.colours = limits_of(every, field, look)
-        if OVER.intersection(extras):
+        if OVER.intersection(extras) and self.colours != ROCK:
             self.colours = paler(self.colours)
         self.beyond = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[
             every.min() < self.limits[0], every.max() > self.limits[1]]
@@ -618,7 +618,7 @@ def draw_histories(paths, names, units=None):
     return figure
 
 
-# What is not to be lost on dark colours.
+# What is not to be lost on dark colours; those of rock are pale.
 OVER = {draw_joint_states, draw_contact_forces, draw_crosses, *VECTORS.values()}
 JOINTS = {"material": draw_joints, "state": draw_joint_states, "forces": draw_contact_forces}
 
