@@ -71,7 +71,7 @@ def read_record(path: StrPath) -> Motion:
         found = re.search(r"DT\s*=\s*([\d.Ee+-]+)", head[3] if len(head) > 4 else "")
         try:
             values = np.array(head[4].split(), float)
-            return np.arange(len(values)) * float(found[1]), values
+            return np.arange(len(values)) * float(found[1] if found else "none"), values
         except (IndexError, TypeError, ValueError):
             raise ScreeError(f"{path}: expected a record of PEER with DT= in its fourth line and numbers after it, found another file") from None
     rows = [(number, line.split("!")[0].replace(",", " ").split()) for number, line in enumerate(text.splitlines(), 1)]
@@ -192,9 +192,10 @@ def main() -> int:
             for one in spectra:
                 writer.writerows([one.damping, *row] for row in zip(one.period, one.displacement, one.velocity, one.acceleration))
     else:
-        axis = None
-        for one in spectra:
-            axis = one.plot(axis)
+        first, *others = spectra
+        axis = first.plot()
+        for one in others:
+            one.plot(axis)
         axis.figure.savefig(output, dpi=100)
     for one in spectra:
         top = one.acceleration.argmax()

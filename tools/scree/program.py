@@ -33,7 +33,7 @@ INSTALLED = PREFIX / "bin" / "scree"
 def origin() -> pathlib.Path | None:
     """The source tree that pip has installed this package from, as pip notes it; None where that is not known."""
     try:
-        noted = importlib.metadata.distribution("scree").read_text("direct_url.json")
+        noted = importlib.metadata.distribution("scree").read_text("direct_url.json") or ""
         url = urllib.parse.urlsplit(json.loads(noted)["url"])
     except (importlib.metadata.PackageNotFoundError, TypeError, ValueError, KeyError):
         return None

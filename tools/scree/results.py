@@ -47,7 +47,8 @@ class Group:
     """
 
     def __init__(self, results: Results, name: str) -> None:
-        self._results, self._name, self._read = results, name, {}
+        self._results, self._name = results, name
+        self._read: dict[str, typing.Any] = {}
 
     def __getitem__(self, name: str) -> typing.Any:
         if name not in self._read:
@@ -223,7 +224,7 @@ class Results(Group):
 
     def __init__(self, path: str | os.PathLike) -> None:
         super().__init__(self, "")
-        self._read_cuts = {}
+        self._read_cuts: dict[int, typing.Any] = {}
         self.path = pathlib.Path(path)
         self._goes_on = True  # as far as is known
         try:

@@ -103,7 +103,9 @@ class Reduction:
         chosen = list(joints)
         self.joints, self.reduces_blocks = self._joints(said, chosen), not chosen
         self._check(said)
-        self.mechanism, self.gone, self.found = 1, set(), []  # number, blocks of earlier mechanisms, (factor, blocks) that fell
+        self.mechanism = 1
+        self.gone: set[int] = set()                           # blocks of earlier mechanisms
+        self.found: list[tuple[float, set[int]]] = []         # factors, and blocks that fell
         self.last: dict[float, Mechanism | None] = {}         # what moves, by the factor of the run that falls
         made_folder(folder)
         for name in (TRIAL, TABLE, *(f"{verdict}*.h5" for verdict in VERDICTS.values()), PICTURE.replace(".", "*.")):  # of an earlier search
@@ -167,7 +169,7 @@ class Reduction:
         """Settings of a run with a factor."""
         for k, stage in self.in_force.items():
             prefix = f"stage({k})." if k > 1 else ""
-            for name in LOADS.get(self.load, ()):
+            for name in LOADS[self.load] if self.load else ():
                 if values := numbers(stage, name):
                     yield f"{prefix}{name}={' '.join(repr(factor * value) for value in values)}"
             for name in (*STRENGTH, *LATER_STRENGTH) if not self.load else ():

@@ -46,7 +46,7 @@ def table_of_contacts(results: Results, frame: int = -1) -> pandas.DataFrame:
     """A row for each closed contact of a frame: blocks of vertex and edge, state (sliding or locked), place, normal, forces."""
     import pandas
     contacts = results.contacts_of(frame)
-    columns = {"vertex_block": [], "edge_block": [], "state": [], "x": [], "y": [], "normal_x": [], "normal_y": [],
+    columns: dict[str, typing.Any] = {"vertex_block": [], "edge_block": [], "state": [], "x": [], "y": [], "normal_x": [], "normal_y": [],
                "normal_force": [], "shear_force": []}
     if contacts is not None and len(contacts):
         columns = dict(zip(columns, (*contacts.blocks.T, np.array(["", "sliding", "locked"])[contacts.state], *contacts.place.T,

@@ -149,7 +149,7 @@ class Blocks(Geometry):
         return cls(deck.title, bolts, loads, measured, fixed, blocks)
 
 
-def read_geometry(text: str, source: str) -> tuple[Geometry, Numbers]:
+def read_geometry(text: str, source: str) -> tuple[Lines | Blocks, Numbers]:
     """The geometry of a deck, a block file by the name of its file, and what was read, for its groups."""
     deck = Numbers(text, source)
     name = source.lower()

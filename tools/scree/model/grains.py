@@ -85,9 +85,9 @@ def cells(shape: Polygon, n: int, grading: float, relax: int, chance: random.Ran
     x1, y1, x2, y2 = shape.bounds
     points: list[Place] = []
     while len(points) < n:
-        place = (chance.uniform(x1, x2), chance.uniform(y1, y2))
-        if holds(shape, place):
-            points.append(place)
+        tried = chance.uniform(x1, x2), chance.uniform(y1, y2)
+        if holds(shape, tried):
+            points.append(tried)
     wanted = np.exp(np.array([chance.gauss(0, 1) for _ in points]) * math.sqrt(math.log1p(grading ** 2)))
     wanted = wanted ** 2 * shape.area / np.sum(wanted ** 2)  # area of each cell
     place, weight = np.array(points), wanted / math.pi * (grading > 0)
@@ -102,7 +102,7 @@ def cells(shape: Polygon, n: int, grading: float, relax: int, chance: random.Ran
     return whole_cells(found)
 
 
-def holds(shape: Polygon, place: Place) -> bool:
+def holds(shape: Polygon, place: Place | np.ndarray) -> bool:
     """Whether a place is inside a shape."""
     return shape.contains(PointInPlane(place))
 
@@ -120,7 +120,7 @@ def clipped_cells(shape: Polygon, place: np.ndarray, weight: np.ndarray) -> list
     for corner, triangle in zip(middle, hull.simplices[lower]):
         for i in triangle:
             around[i].append(corner)
-    found = []
+    found: list = []
     for i in range(len(place)):
         corners = np.array(around.get(i, []))
         if len(corners) < 3:  # noqa: PLR2004  a polygon
@@ -252,21 +252,21 @@ def sides_of(corners: np.ndarray, outline: Sequence[Place], close: float) -> lis
 
 def cut_to_triangles(corners: np.ndarray, cells: list[list[int]]) -> tuple[np.ndarray, list[list[int]]]:
     """Each cell as triangles that meet in its middle; those of a hollow cell meet in one of its corners."""
-    corners, found = list(corners), []
+    places, found = list(corners), []
     for own in cells:
-        around = np.array([corners[i] for i in own])
+        around = np.array([places[i] for i in own])
         if len(own) == 3:  # noqa: PLR2004  a triangle
             found.append(own)
             continue
         middle = np.array(Polygon(around).centroid.coords[0])
-        fans = [[[a, b, len(corners)] for a, b in zip(own, own[1:] + own[:1])],
+        fans = [[[a, b, len(places)] for a, b in zip(own, own[1:] + own[:1])],
                 *([[a, b, one] for a, b in zip(own, own[1:] + own[:1]) if one not in (a, b)] for one in own)]
-        corners.append(middle)
-        fan = next((fan for fan in fans if all(area_of([corners[i] for i in one]) > 0 for one in fan)), [own])
+        places.append(middle)
+        fan = next((fan for fan in fans if all(area_of([places[i] for i in one]) > 0 for one in fan)), [own])
         if fan is not fans[0]:
-            corners.pop()
+            places.pop()
         found += fan
-    return np.array(corners), found
+    return np.array(places), found
 
 
 def shared_out(areas: np.ndarray, shares: Mapping[str, float], chance: random.Random) -> list[str]:

@@ -8,7 +8,7 @@ from ..errors import ModelError
 from .geometry import Blocks, Place, tidied
 from .rock import Rock
 from .text import Part, Setting, of_rows
-from .words import HOLDS, POINT_HOLDS, Point, Points, number, one_of, places, text, vector, whole
+from .words import HOLDS, POINT_HOLDS, Point, Points, number, one_of, place, places, text, vector, whole
 
 # Lists of lines in decks: how many numbers a line has, and further lists with so many for each line.
 PATTERN_NUMBERS = ("spacing", "number", "length", "direction", "radius", "from", "to")  # of a row or a ring of bolts
@@ -148,7 +148,7 @@ class Holding(Rock):
         that keeps its direction."""
         line = places(line, "load(line=)", 2)
         if isinstance(pressure, Iterable):
-            given = vector(pressure, "load(pressure=) along the line", len(line))
+            given = list(vector(pressure, "load(pressure=) along the line", len(line)))
         else:
             given = [number(pressure, "load(pressure=)")] * len(line)
         traction = vector(traction, "load(traction=)")
@@ -158,19 +158,19 @@ class Holding(Rock):
 
     def force(self, name: str, point: Point, force: Sequence) -> None:
         """A force on a point: (x, y), or times with (t, x, y), linear between. Constant forces may change in a stage."""
-        at, there = vector(point, "force(point=)"), [row.name for row in self.geometry.loads]
+        at, there = place(point, "force(point=)"), [row.name for row in self.geometry.loads]
         of_times = isinstance(force, Sequence) and len(force) > 0 and isinstance(force[0], Sequence)
         if len(self.parts) > 1:
             one_of(name, there, "force(name=) in a stage")
         else:
             if of_times or self.tables is not None:
-                self._need_tables("force(force=)")
+                tables = self._need_tables("force(force=)")
                 rows = [vector(row, "force(force=)", 3) for row in force] if of_times else [(0.0, *vector(force, "force(force=)"))]
-                self.tables.append(rows)
+                tables.append(rows)
             self.geometry.loads.append(self.geometry.place(*at, text(name, "force(name=)")))
         if self.tables is None:
             found = self.in_force("loads.force")
-            values = list(found.value) if found else []
+            values = list(found.numbers()) if found else []
             values += [0.0] * (2 * len(self.geometry.loads) - len(values))
             k = [row.name for row in self.geometry.loads].index(name)
             values[2 * k:2 * k + 2] = vector(force, "force(force=)")
@@ -185,7 +185,8 @@ class Holding(Rock):
         line = places(table, "water(table=)", 1)
         if unit_weight is None and self.units is None:
             raise ModelError("water(unit_weight=): expected a number, as the deck of the model does not say its units")
-        weight = self.units.water * self.gravity if unit_weight is None else number(unit_weight, "water(unit_weight=)", above=0)
+        own = self.units.water * (self.gravity or 0.0) if self.units else 0.0
+        weight = own if unit_weight is None else number(unit_weight, "water(unit_weight=)", above=0)
         self.parts[-1] |= {"water.table": Setting([value for place in line for value in place]), "water.unit_weight": Setting([weight])}
 
     # Bolts
@@ -267,12 +268,14 @@ class Holding(Rock):
             if isinstance(one, str) and isinstance(self.geometry, Blocks):
                 one_of(one, list(dict.fromkeys(block.name for block in self.geometry.blocks)), "excavate(what)")
                 found = self.parts[-1].setdefault("stage.remove_blocks", Setting([]))
-                found.value += [i for i, block in enumerate(self.geometry.blocks, 1) if block.name == one]
+                removed = found.numbers()
+                removed += [i for i, block in enumerate(self.geometry.blocks, 1) if block.name == one]
                 continue
             corners, name = (self._excavation(one), one) if isinstance(one, str) else (places(one, "excavate(what)", 3), "")
             found = self.parts[-1].setdefault("stage.remove_inside", Setting([]))
-            found.value += [value for place in [*corners, corners[0]] for value in place]
-            found.names |= {len(found.value): name} if name else {}
+            outline = found.numbers()
+            outline += [value for corner in [*corners, corners[0]] for value in corner]
+            found.names |= {len(outline): name} if name else {}
 
     def _excavation(self, name):
         """The corners of an excavation, by the joints of its name."""

@@ -48,7 +48,7 @@ class Model(Holding):
         self.name, self.title = text(name, "Model(name=)"), str(title).strip("\n")
         self.units: UnitSystem | None = UnitSystem(units)  # None of a deck that does not say
         self.gravity: float | None = self.units.gravity if gravity is None else number(gravity, "Model(gravity=)", least=0)
-        self.geometry: Geometry = Lines()
+        self.geometry: Lines | Blocks = Lines()
         self.materials: dict[str, Material] = {}
         self.joint_materials: dict[str, JointMaterial] = {}
         self.regions: list = []
@@ -98,7 +98,7 @@ class Model(Holding):
         for part in self.parts:
             for name in NAME_FILES:
                 if name in part and part[name].value != "none":
-                    self._copy(self.folder / part[name].value, path.parent)
+                    self._copy(self.folder / part[name].text(), path.parent)
         for where, words in texts.items():
             where.write_text(words)
         return path
@@ -167,18 +167,17 @@ class Model(Holding):
         path = pathlib.Path(path)
         deck = Numbers(_text_of(path, "an analysis deck"), str(path))
         named = deck.parts[0].get("deck.geometry")
-        if geometry is None and named is None:
-            beside = path.with_suffix(".geo")
-            if not beside.exists():
-                raise ModelError(f"{path}: expected &deck geometry=, read(geometry=), or a geometry of its name beside it, found none")
-            geometry = beside
-        where = pathlib.Path(geometry) if geometry is not None else path.parent / named.value
+        where = path.with_suffix(".geo") if geometry is None else pathlib.Path(geometry)
+        if geometry is None and named is not None:
+            where = path.parent / named.text()
+        elif not where.exists() and geometry is None:
+            raise ModelError(f"{path}: expected &deck geometry=, read(geometry=), or a geometry of its name beside it, found none")
         model = cls.of_decks(path.stem, deck, *read_geometry(_text_of(where, "a geometry"), str(where)))
         model.folder = path.parent
         return model
 
     @classmethod
-    def of_decks(cls, name: str, deck: Numbers, geometry: Geometry, geometry_deck: Numbers) -> Model:
+    def of_decks(cls, name: str, deck: Numbers, geometry: Lines | Blocks, geometry_deck: Numbers) -> Model:
         """The model of an analysis deck and a geometry that have been read."""
         model = cls(name)
         model.geometry, model.parts = geometry, deck.parts

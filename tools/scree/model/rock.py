@@ -6,14 +6,14 @@ import numbers
 import pathlib
 import tempfile
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ..errors import ModelError
 from ..program import call, done_or_failed
-from .geometry import Block, Blocks, Lines, Place, Row, area_of, clipped, contains, read_geometry, tidied
+from .geometry import Block, Blocks, Lines, Place, Row, area_of, clipped, contains, tidied
 from .shapes import brick_courses, stones_of_arch, voronoi_lines
-from .text import Part, Setting, number_text, numbers_text
-from .words import Point, Points, UnitSystem, number, one_of, places, text, vector, whole
+from .text import Numbers, Part, Setting, number_text, numbers_text
+from .words import Point, Points, UnitSystem, number, one_of, place, places, text, vector, whole
 
 JOINT_LAWS = ("kn", "ks", "residual_phi", "residual_slip", "residual_c", "jrc", "jcs", "closure", "dilation", "dilation_slip")
 if typing.TYPE_CHECKING:
@@ -68,9 +68,9 @@ class Rock:
         if there is None and (density is None or young is None):
             raise ModelError(f"material(density=, young=): expected both numbers for the new material '{name}', found "
                              f"{density!r} and {young!r}")
-        given = {"young": young if young is None else number(young, "material(young=)", above=0),
-                 "poisson": poisson if poisson is None else number(poisson, "material(poisson=)", least=-0.9999, most=0.4999),
-                 "unit_weight": unit_weight if unit_weight is None else number(unit_weight, "material(unit_weight=)")}
+        given: dict[str, typing.Any] = {"young": young if young is None else number(young, "material(young=)", above=0),
+                                       "poisson": poisson if poisson is None else number(poisson, "material(poisson=)", least=-0.9999, most=0.4999),
+                                       "unit_weight": unit_weight if unit_weight is None else number(unit_weight, "material(unit_weight=)")}
         if len(self.parts) > 1:
             self._change_in_stage("materials", self.materials, name, given)
             return
@@ -78,7 +78,7 @@ class Rock:
             number(density, "material(density=)", least=0)
             if unit_weight is None and self.gravity is None:
                 raise ModelError("material(unit_weight=): expected a number, as the deck of the model does not say its gravity")
-            given |= {"density": float(density), "unit_weight": density * self.gravity if unit_weight is None else float(unit_weight)}
+            given |= {"density": float(density), "unit_weight": density * (self.gravity or 0.0) if unit_weight is None else float(unit_weight)}
         if velocity is not None:
             given["velocity"] = vector(velocity, "material(velocity=)", 3)
         if there is None and given["poisson"] is None:
@@ -94,10 +94,10 @@ class Rock:
         """
         self._changes("joint_material", name, self.joint_materials)
         there = self.joint_materials.get(text(name, "joint_material(name=)"))
-        given = {"phi": phi if phi is None else number(phi, "joint_material(phi=)", least=0, most=89.9),
-                 "cohesion": cohesion if cohesion is None else number(cohesion, "joint_material(cohesion=)", least=0),
-                 "tensile_strength": tensile_strength if tensile_strength is None else
-                 number(tensile_strength, "joint_material(tensile_strength=)", least=0)}
+        given: dict[str, typing.Any] = {"phi": phi if phi is None else number(phi, "joint_material(phi=)", least=0, most=89.9),
+                                       "cohesion": cohesion if cohesion is None else number(cohesion, "joint_material(cohesion=)", least=0),
+                                       "tensile_strength": tensile_strength if tensile_strength is None else
+                                       number(tensile_strength, "joint_material(tensile_strength=)", least=0)}
         for law, value in laws.items():
             one_of(law, JOINT_LAWS, "joint_material(**laws)")
             number(value, f"joint_material({law}=)", least=0)
@@ -171,7 +171,7 @@ class Rock:
         corners = _counter_clockwise(places(corners, "opening(corners=)", 3), "opening(corners=)")
         lines, number = self._lines("opening"), self._joint(joint or next(iter(self.joint_materials), None), "opening(joint=)")
         lines.joints = [Row((*p, *q), row.material, row.name) for row in lines.joints
-                        for p, q in clipped(row.numbers[:2], row.numbers[2:], [corners], inside=False)]
+                        for p, q in clipped((row.numbers[0], row.numbers[1]), (row.numbers[2], row.numbers[3]), [corners], inside=False)]
         lines.boundary += [Row((*p, *q), number, name) for p, q in _sides(corners)]
         lines.holes.append(Row(_inside(corners), name=name))
 
@@ -196,7 +196,7 @@ class Rock:
                  "length": number(length, "joint_set(length=)", above=0), "bridge": number(bridge, "joint_set(bridge=)", least=0),
                  "randomness": number(randomness, "joint_set(randomness=)", least=0, most=1)}
         joint = self._joint(material, "joint_set(material=)", name)
-        rock, openings = self._loops()
+        lines, (rock, openings) = self._lines("joint_set"), self._loops()
         words = "\n".join(["&joint_set " + ", ".join(f"{key}={number_text(value)}" for key, value in given.items()) + " /",
                            f"&seed value={whole(seed, 'joint_set(seed=)', 0)} /", *(_polygon_group("tunnel", one) for one in openings)])
         if not rock:
@@ -206,8 +206,8 @@ class Rock:
                 deck, drawn = pathlib.Path(folder, "set.joints"), pathlib.Path(folder, "set.geo")
                 deck.write_text(f"{_polygon_group('window', corners)}\n{words}\n")
                 done_or_failed(call("joints", deck.name, "-o", drawn.name, cwd=folder))
-                found, _ = read_geometry(drawn.read_text(), str(drawn))
-            self.geometry.joints += [Row(row.numbers, joint, text(name, "joint_set(name=)")) for row in found.joints]
+                found = Lines.read(Numbers(drawn.read_text(), str(drawn)))
+            lines.joints += [Row(row.numbers, joint, text(name, "joint_set(name=)")) for row in found.joints]
 
     def voronoi(self, name: str, size: float, within: Points | None = None, randomness: float = 1, material: str | None = None,
                 seed: int = 1) -> None:
@@ -245,7 +245,8 @@ class Rock:
 
     # Finished blocks
 
-    def block(self, name: str, corners: Points, material: str | None = None, joint: str | list[str] | None = None) -> None:
+    def block(self, name: str, corners: Points, material: str | None = None,
+              joint: str | Sequence[str | None] | None = None) -> None:
         """A finished block. `joint` is the joint material of its sides: one name, or one for the side from each corner to the next."""
         self._only_first("block")
         if isinstance(self.geometry, Lines):
@@ -266,15 +267,14 @@ class Rock:
     def bricks(self, name: str, corner: Point, columns: int, courses: int, width: float, height: float, material: str | None = None,
                joint: str | None = None) -> None:
         """A wall of bricks in running bond from its lower left corner; every second course begins and ends with half a brick."""
-        corner = vector(corner, "bricks(corner=)")
-        for corners in brick_courses(corner, whole(columns, "bricks(columns=)"), whole(courses, "bricks(courses=)"),
+        for corners in brick_courses(place(corner, "bricks(corner=)"), whole(columns, "bricks(columns=)"), whole(courses, "bricks(courses=)"),
                                      number(width, "bricks(width=)", above=0), number(height, "bricks(height=)", above=0)):
             self.block(name, corners, material, joint)
 
     def arch(self, name: str, centre: Point, radius: float, thickness: float, stones: int, start: float = 0, end: float = 180,
              material: str | None = None, joint: str | None = None) -> None:
         """An arch of stones from one angle to another, in degrees counter-clockwise from x; `radius` is that of its inside."""
-        for corners in stones_of_arch(vector(centre, "arch(centre=)"), number(radius, "arch(radius=)", above=0),
+        for corners in stones_of_arch(place(centre, "arch(centre=)"), number(radius, "arch(radius=)", above=0),
                                       number(thickness, "arch(thickness=)", above=0), whole(stones, "arch(stones=)"),
                                       number(start, "arch(start=)"), number(end, "arch(end=)", above=start)):
             self.block(name, corners, material, joint)
@@ -312,7 +312,7 @@ class Rock:
     def fix(self, name: str, *points: Point, block: str | None = None, move: list[Point] | None = None) -> None:
         """Fixed points, or all corners of the blocks of a name. `move` has the displacement of the points: times with (t, x, y)."""
         self._only_first("fix")
-        chosen = [vector(point, "fix(points)") for point in points]
+        chosen = [place(point, "fix(points)") for point in points]
         if block is not None:
             blocks = getattr(self.geometry, "blocks", [])
             one_of(block, list(dict.fromkeys(one.name for one in blocks)), "fix(block=)")
@@ -329,21 +329,22 @@ class Rock:
             if self.tables is not None:
                 self.tables.insert(len(self.tables) - len(self.geometry.loads), table)
 
-    def _need_tables(self, what):
-        """Begins the tables of fixed points and load points; ModelError where their number is not known before rock is cut."""
+    def _need_tables(self, what: str) -> list[list[tuple[float, ...]]]:
+        """The tables of fixed points and load points, which begin here where there are none; ModelError where their number is not known before rock is cut."""
         if self.tables is None:
             if any(row.numbers[:2] != row.numbers[2:] for row in self.geometry.fixed if isinstance(self.geometry, Lines)):
                 raise ModelError(f"{what}: expected fixed points alone, found fixed lines, of which the program makes points")
             self.tables = [[] for _ in range(len(self.geometry.fixed) + len(self.geometry.loads))]
+        return self.tables
 
     def measure(self, name: str, point: Point) -> None:
         """A measured point, whose place, velocity and stress are kept at each step."""
         self._only_first("measure")
-        self.geometry.measured.append(self.geometry.place(*vector(point, "measure(point=)"), text(name, "measure(name=)")))
+        self.geometry.measured.append(self.geometry.place(*place(point, "measure(point=)"), text(name, "measure(name=)")))
 
     # Names
 
-    def _lines(self, word):
+    def _lines(self, word: str) -> Lines:
         """The geometry of lines; ModelError where the model has finished blocks, or a stage has begun."""
         self._only_first(word)
         if isinstance(self.geometry, Blocks):
@@ -373,13 +374,13 @@ class Rock:
     def material_lines(self) -> list[Row]:
         """The material lines of the regions: a point in each block inside one. The program cuts the rock for them."""
         lines = self.geometry
-        if not self.regions:
-            return lines.material_lines
+        if isinstance(lines, Blocks) or not self.regions:
+            return [] if isinstance(lines, Blocks) else lines.material_lines
         with tempfile.TemporaryDirectory() as folder:
             deck, cut = pathlib.Path(folder, "rock.geo"), pathlib.Path(folder, "rock.blk")
             deck.write_text(lines.text())
             done_or_failed(call("cut", deck.name, "-o", cut.name, cwd=folder))
-            blocks = read_geometry(cut.read_text(), str(cut))[0].blocks
+            blocks = Blocks.read(Numbers(cut.read_text(), str(cut))).blocks
         found = list(lines.material_lines)
         for x, y in (_inside(block.corners) for block in blocks):
             number = next((number for corners, number in reversed(self.regions) if contains(corners, x, y)), 0)

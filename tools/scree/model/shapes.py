@@ -62,7 +62,7 @@ def voronoi_lines(polygons: list[list[Place]], size: float, randomness: float, s
             away, angle = randomness * size / 2 * math.sqrt(chance.random()), 2 * math.pi * chance.random()
             points[i, k] = (min(xs) + (k - REACH + 0.5 * (i % 2)) * size + away * math.cos(angle),
                             min(ys) + (i - REACH) * rise + away * math.sin(angle))
-    lines = []
+    lines: list = []
     for (i, k), own in points.items():
         near = [(i + a, k + b) for a in range(-REACH, REACH + 1) for b in range(-REACH, REACH + 1) if (a, b) != (0, 0)]
         reach = REACH * size

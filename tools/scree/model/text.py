@@ -64,6 +64,16 @@ class Setting:
     value: str | list[float]
     names: dict[int, str] = dataclasses.field(default_factory=dict)
 
+    def numbers(self) -> list[float]:
+        """The numbers; ModelError of a text."""
+        if isinstance(self.value, str):
+            raise ModelError(f"expected numbers, found '{self.value}'")
+        return self.value
+
+    def text(self) -> str:
+        """The text; numbers as a deck has them."""
+        return self.value if isinstance(self.value, str) else numbers_text(self.value)
+
     def rows(self, width: int) -> list[tuple[tuple[float, ...], str]]:
         """Rows of so many numbers, each with its name; none of a text."""
         if isinstance(self.value, str):
@@ -73,12 +83,13 @@ class Setting:
 
 def of_rows(rows: Iterable[tuple[Sequence[float], str]]) -> Setting:
     """A setting of rows with names; `none` where there are no rows."""
-    found = Setting([])
+    values: list[float] = []
+    names: dict[int, str] = {}
     for numbers, name in rows:
-        found.value.extend(map(float, numbers))
+        values += map(float, numbers)
         if name:
-            found.names[len(found.value)] = name
-    return found if found.value else Setting("none")
+            names[len(values)] = name
+    return Setting(values, names) if values else Setting("none")
 
 
 Part = dict[str, Setting]  # settings of a stage by GROUP.NAME, in their order
@@ -114,7 +125,9 @@ class Numbers:
 
     def __init__(self, text: str, source: str) -> None:
         self.title, text = opening(text)
-        self.source, self.values, self.names, self.at = source, [], {}, 0
+        self.source, self.at = source, 0
+        self.values: list[float] = []
+        self.names: dict[int, str] = {}
         beyond = list(tokens(text, source))
         for i, (kind, word) in enumerate(beyond):
             if (kind, word) == ("sign", "&"):
@@ -178,7 +191,7 @@ def read_groups(found: list[tuple[str, str]], source: str) -> list[Part]:
             raise ModelError(f"{source}: expected a name in &{group}, found '{word}'")
         elif kind == "word" and NUMBER.match(word):
             setting = parts[-1].setdefault(f"{group}.{name}", Setting([]))
-            setting.value.append(as_number(word))
+            setting.numbers().append(as_number(word))
         else:
             setting = parts[-1][f"{group}.{name}"] = Setting(word[1:-1] if kind == "quoted" else word)
         kind, word = after
@@ -193,7 +206,8 @@ def value_lines(setting: Setting, width: int) -> list[str]:
         return [setting.value if setting.value == "none" else f"'{setting.value}'"]
     room_of_rows = max((len(numbers_text(row)) for row, _ in setting.rows(width)), default=0) if setting.names else 0
     ends = sorted({*setting.names, *range(width, len(setting.value), width), len(setting.value)})
-    lines, begin, room = [], 0, 0
+    lines: list[str] = []
+    begin = room = 0
     for end in ends:
         row, name = numbers_text(setting.value[begin:end]), setting.names.get(end, "")
         if lines and not setting.names and room + len(row) < WIDTH:

@@ -66,8 +66,7 @@ def model_of(results: Results) -> Model:
     """The model that results are of, by the decks that they hold."""
     scene = results.scene
     geometry, analysis = ("\n".join(map(str, scene[name])) for name in ("geometry_deck", "analysis_deck"))
-    geometry, deck = read_geometry(geometry, str(scene.decks[0])), Numbers(analysis, str(scene.decks[-1]))
-    return Model.of_decks(results.path.stem, deck, *geometry)
+    return Model.of_decks(results.path.stem, Numbers(analysis, str(scene.decks[-1])), *read_geometry(geometry, str(scene.decks[0])))
 
 
 @functools.lru_cache(maxsize=8)
@@ -177,7 +176,7 @@ def bolts_of(results: Results, name: str, frame: int = -1) -> Bolts:
 
 def names_of_bolts(model: Model) -> list[str]:
     """Names of the bolts of a run in their order: those of the geometry, then those of each stage that no stage before has."""
-    known = [(None, row.name) for row in model.geometry.bolts]
+    known: list[tuple[tuple | None, str]] = [(None, row.name) for row in model.geometry.bolts]
     for stage in range(len(model.parts)):
         installed = set()
         for numbers, name in model.until(stage).bolts():

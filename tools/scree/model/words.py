@@ -29,8 +29,8 @@ class UnitSystem:
     def __post_init__(self) -> None:
         names = str(self.words).split()
         tables = (LENGTHS, MASSES, TIMES)
-        found = [next((name for name in names if name in table), None) for table in tables]
-        if len(names) != len(tables) or None in found:
+        found = [next((name for name in names if name in table), "") for table in tables]
+        if len(names) != len(tables) or "" in found:
             raise ModelError(f"Model(units=): expected a length ({', '.join(LENGTHS)}), a mass ({', '.join(MASSES)}) and a time "
                              f"({', '.join(TIMES)}), such as 'm kg s', found {self.words!r}")
         self.length, self.mass, self.time = found
@@ -82,11 +82,17 @@ def vector(value, what: str, size: int = 2) -> tuple[float, ...]:
     return found
 
 
+def place(value, what: str) -> tuple[float, float]:
+    """A place (x, y); ModelError that names the argument."""
+    x, y = vector(value, what)
+    return x, y
+
+
 def places(value, what: str, least: int) -> list[tuple[float, float]]:
     """A list of places, at least so many; ModelError that names the argument."""
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise ModelError(f"{what}: expected a list of places (x, y), found {value!r}")
-    found = [vector(one, what) for one in value]
+    found = [place(one, what) for one in value]
     if len(found) < least:
         raise ModelError(f"{what}: expected at least {least} places (x, y), found {len(found)}")
     return found

@@ -19,6 +19,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..arguments import ends_in_a_line, parser_for, whole_from
+from ..errors import ScreeError
 from ..program import StrPath, made_folder
 from ..records import Bar
 from .pictures import KILO, draw_histograms, draw_paths
@@ -44,6 +45,8 @@ class Falls:
 
     def stopped(self) -> int:
         """How many rocks come to rest before the barrier, on the side of their start."""
+        if self.scene.barrier is None:
+            raise ScreeError("stopped(): expected a scene with a barrier, found none")
         x = self.scene.barrier["x"]
         return sum(path.end == "rest" and (path.place[-1, 0] - x) * (path.place[0, 0] - x) > 0 for path in self.paths)
 
@@ -85,9 +88,9 @@ def write_tables(falls: Falls, folder: pathlib.Path) -> None:
                              path.speed.max(), path.energy.max()])
     with (folder / COLLECTED).open("w", newline="") as file:
         rows = [{"collector": name} | row for name, found in falls.collected.items() for row in found]
-        writer = csv.DictWriter(file, ["collector", "rock", "time", "height", "speed", "energy"], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+        of_rows = csv.DictWriter(file, ["collector", "rock", "time", "height", "speed", "energy"], lineterminator="\n")
+        of_rows.writeheader()
+        of_rows.writerows(rows)
 
 
 def words_of(falls: Falls) -> typing.Iterator[str]:

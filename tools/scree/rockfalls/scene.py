@@ -11,6 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..errors import ScreeError
+from ..program import StrPath
 from ..studies.tables import draw
 
 GRAVITY = 9.81
@@ -65,7 +66,7 @@ class RockFall:
         self.rocks = self._rocks(given)
 
     @classmethod
-    def read(cls, path: str | pathlib.Path, number: int | None = None) -> RockFall:
+    def read(cls, path: StrPath, number: int | None = None) -> RockFall:
         """The scene of a TOML file, with another number of rocks where one is given; ScreeError where it is none."""
         path = pathlib.Path(path)
         try:
