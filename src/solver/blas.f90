@@ -7,6 +7,7 @@
 module scree_blas
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, c_null_char, &
                                          c_null_ptr, c_ptr
+  use scree_text, only: number_text
   implicit none
   private
   public :: blas_file, blas_name, keep_memory, keep_to_one_thread
@@ -37,6 +38,19 @@ module scree_blas
       type(c_funptr), value :: address
       type(place_t), intent(out) :: place
     end function dladdr
+
+    !> POSIX: the path of a file without symbolic links, written to `resolved`, whose address is the result; null where it fails.
+    function realpath(path, resolved) bind(c)
+      import :: c_char, c_ptr, longest
+      type(c_ptr), value :: path
+      character(kind=c_char), intent(inout) :: resolved(longest)
+      type(c_ptr) :: realpath
+    end function realpath
+
+    !> LAPACK: its version.
+    subroutine ilaver(major, minor, patch)
+      integer, intent(out) :: major, minor, patch
+    end subroutine ilaver
   end interface
 
   abstract interface
@@ -96,10 +110,11 @@ contains
     call set(number)
   end subroutine set_where_loaded
 
-  !> Name, version and kernel of the BLAS, as 'OpenBLAS 0.3.21, kernel Haswell'; any other library tells none of them.
+  !> Name, version and kernel of the BLAS, as 'OpenBLAS 0.3.21, kernel Haswell'. Other libraries do not tell these, but the version
+  !> of LAPACK that comes with it, as 'not OpenBLAS, LAPACK 3.11.0'.
   function blas_name() result(name)
     character(len=:), allocatable :: name
-    integer :: second
+    integer :: second, major, minor, patch
 
     name = told_by('openblas_get_config') ! OpenBLAS 0.3.21, and then how it was built
     second = index(name, ' ') + 1
@@ -107,20 +122,24 @@ contains
       second = second + scan(name(second:)//' ', ' ')
       name = name(:min(second - 2, len(name)))//', kernel '//told_by('openblas_get_corename')
     else
-      name = 'not OpenBLAS'
+      call ilaver(major, minor, patch)
+      name = 'not OpenBLAS, LAPACK '//number_text(major)//'.'//number_text(minor)//'.'//number_text(patch)
     end if
   end function blas_name
 
-  !> The file that the product of matrices is called from.
+  !> The file that the product of matrices is called from, behind symbolic links: on Debian libblas.so.3 leads to any BLAS.
   function blas_file() result(name)
     character(len=:), allocatable :: name
+    character(kind=c_char) :: resolved(longest)
     type(c_funptr) :: address
     type(place_t) :: place
 
     name = 'unknown'
     address = dlsym(c_null_ptr, 'dgemm_'//c_null_char)
     if (.not. c_associated(address)) return
-    if (dladdr(address, place) /= 0) name = text_at(place%file)
+    if (dladdr(address, place) == 0) return
+    name = text_at(realpath(place%file, resolved))
+    if (name == '') name = text_at(place%file)
   end function blas_file
 
   !> What a routine without arguments says; '' where the program has no such routine.
