@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 
 import h5py
 import numpy as np
@@ -260,6 +261,15 @@ def test_the_package_installs_with_the_commands(pip_folder, tmp_path):
                                       env=environment) for given in (words, ["--help"]))
         assert words.returncode == 2 and words.stderr.startswith(f"{name}: ") and "tools/" not in words.stderr
         assert f"{name} " in page.stdout.partition("\n\n")[2] and "tools/" not in page.stdout, page.stdout
+
+
+def test_every_command_starts_without_the_optional_packages():
+    project = tomllib.loads((SOURCE / "pyproject.toml").read_text())["project"]
+    named = [re.match("[A-Za-z0-9]+", word)[0].lower() for words in project["optional-dependencies"].values() for word in words]
+    modules = sorted({place.partition(":")[0] for place in project["scripts"].values()})
+    code = f"import importlib, sys\nsys.modules.update(dict.fromkeys({named}))\nfor name in {modules}: importlib.import_module(name)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(SOURCE / "tools")})
+    assert "ezdxf" in named and "matplotlib" not in named and done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("decks", ["none", "variable", "tree of the package", "tree of the program", "beside the program"])
