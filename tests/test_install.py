@@ -40,7 +40,9 @@ def test_a_moved_folder_runs_and_draws_its_decks(installed, tmp_path):
 
 def test_each_command_is_there_and_says_how_it_is_used(installed, tmp_path):
     assert {path.name for path in (installed / "bin").iterdir()} == {"scree", *COMMANDS} and len(COMMANDS) > 10
+    page = (installed / "share" / "man" / "man1" / "scree.1").read_text().replace("\\-", "-")
     for name in COMMANDS:
+        assert f" {name}" in page and (installed / "share" / "man" / "man1" / f"{name}.1").read_text() == ".so man1/scree.1\n"
         done = call(installed, name, "--help", cwd=tmp_path)
         assert done.returncode == 0 and "usage: " + name in done.stdout, done.stderr
     assert not list(installed.rglob("__pycache__"))
