@@ -21,6 +21,7 @@ module scree_model_facts
   use scree_simplex_integration, only: moments_t
   use scree_state, only: state_t
   use scree_step_constraints, only: constraints_of_step
+  use scree_stressed_joints, only: entrance_on_face, force_of_stress, shear_strength
   use scree_system, only: fixed_point, roller_end
   use scree_text, only: number_text, text_t
   use scree_time_table, only: ramp_at
@@ -61,6 +62,14 @@ module scree_model_facts
     real(dp) :: position(2) = 0.0_dp !! length
   end type hold_t
 
+  !> Contacts of joints that do not bear the shear of the stress before the run.
+  type :: slip_t
+    integer :: number = 0
+    real(dp) :: borne = 1.0_dp    !! part of the shear that the weakest of them bears
+    integer :: block = 0          !! of its vertex
+    real(dp) :: position(2) = 0.0_dp !! length
+  end type slip_t
+
   !> All facts.
   type :: facts_t
     integer :: n_blocks = 0, n_elements = 0
@@ -83,6 +92,7 @@ module scree_model_facts
     real(dp) :: face_stiffness = 0.0_dp         !! of the softest joint as wide as that block, or two contacts, force/length
     real(dp) :: modulus = 1.0_dp                !! of a mass of such blocks, over that of its rock
     real(dp) :: penetration = 0.0_dp            !! that such a joint takes to bear that column, length
+    type(slip_t) :: slip
     type(side_t) :: side(n_sides)               !! in the order of their names
     real(dp) :: fall = 0.0_dp                   !! in a step, from rest, length
   end type facts_t
@@ -133,9 +143,36 @@ contains
     end associate
     facts%column = worst_column(blocks, scene%block_material, &
                                 model%model == model_dda .and. facts%fixed_points >= holds_whole)
+    if (allocated(model%outlines%stress)) facts%slip = slips_of_joints(model, state, contact)
     if (allocated(model%effects%contact)) call soften(scene, model, facts)
     call push_free_sides(scene, model, state, free_lengths(model, state, candidate), facts%side)
   end subroutine facts_of
+
+  !> Contacts of joints that do not bear the shear of the stress before the run.
+  pure type(slip_t) function slips_of_joints(model, state, contact) result(slip)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    type(contact_t), intent(in) :: contact(:)
+    real(dp) :: borne, force(2)
+    integer :: i, k
+
+    associate (outlines => model%outlines, x => state%vertex)
+      do i = 1, size(contact)
+        k = entrance_on_face(outlines, x, contact(i))
+        if (k == 0) cycle
+        force = force_of_stress(outlines, x, contact(i), k)
+        if (.not. force(1) > 0) cycle
+        borne = shear_strength(outlines, x, model%effects%contact, contact(i), k, force(1))
+        if (borne >= abs(force(2))) cycle
+        slip%number = slip%number + 1
+        borne = borne/abs(force(2))
+        if (borne >= slip%borne) cycle
+        associate (vertex => contact(i)%entrance(k)%vertex)
+          slip = slip_t(slip%number, borne, outlines%block(vertex), x(:, outlines%start(vertex)) + model%origin)
+        end associate
+      end do
+    end associate
+  end function slips_of_joints
 
   !> Whether lines of &support hold each block against a fall: in a direction that is not level.
   pure function are_supported(model) result(supported)

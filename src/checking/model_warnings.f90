@@ -90,6 +90,13 @@ contains
                ' with both ends in one block, whose joints it does not hold')
     end do
     warning = [warning, facts%gap]
+    associate (slip => facts%slip)
+      if (slip%number > 0) &
+        call add('expected joints that bear the shear of the stress before the run (&in_situ), found '// &
+                 number_text(slip%number)//' contacts that do not, and slip when it begins: at '// &
+                 place_text(slip%position, scene%extent)//' block '//number_text(slip%block)//' has friction and cohesion for '// &
+                 short_text(100*slip%borne)//' % of it')
+    end associate
     if (size(facts%sliver) > 0) &
       call add('expected no block thinner than 1/100 of its length or sharper than 3 degrees, found '//list_text(facts%sliver))
     if (may_make_energy(scene%settings%rules) .and. scene%settings%strain == strain_small .and. .not. scene%is_static()) &

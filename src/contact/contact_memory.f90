@@ -139,7 +139,8 @@ contains
       overlap = max(0.0_dp, was%rest + was%memory%dilated - gap_at(survey, was%vertex, was%edge))
       if (entrance%vertex /= was%vertex .or. entrance%edge /= was%edge) then
         if (.not. (was%has_joint_stiffness .and. has_slid(was, overlap) .and. entrance%rest - gap <= deeper*overlap .and. &
-                   size(faces_of_entrance(outlines, survey, in_line, entrance)) > 0)) entrance%rest = min(0.0_dp, gap + overlap)
+                   size(faces_of_entrance(outlines, survey, in_line, entrance)) > 0)) &
+          entrance%rest = min(max(0.0_dp, was%rest), gap + overlap)
       end if
     end if
     if (entrance%memory%bonded .and. entrance%state /= state_open) return

@@ -15,7 +15,7 @@ module scree_joint_rules
   private
   public :: begin_joints, energy_beside_spring, friction_of, joints_bend, joints_dilate, joints_follow_stress, &
       joints_have_stiffness, &
-            joints_soften, joints_wear, judge_bend, judge_dilating, laws_in_use, remember_dilating, weaker_joint
+            joints_soften, joints_wear, judge_bend, judge_dilating, laws_in_use, overlap_under, remember_dilating, weaker_joint
 
 contains
 
@@ -186,6 +186,18 @@ contains
 
     if (law%uses%dilation) call remember_opening(slid, opened, pressing, memory, work)
   end subroutine remember_dilating
+
+  !> Overlap at which the spring across an entrance presses with a force, length.
+  pure real(dp) function overlap_under(law, entrance, force) result(overlap)
+    type(contact_law_t), intent(in) :: law
+    type(entrance_t), intent(in) :: entrance
+    real(dp), intent(in) :: force            !! above 0
+
+    overlap = force/entrance%stiffness(1)
+    associate (most => law%joint(entrance%joint)%closure%most)
+      if (law%uses%closure .and. most > 0) overlap = overlap*most/(most + overlap)
+    end associate
+  end function overlap_under
 
   !> Energy that the spring across an entrance has beside that of a linear spring, force length per unit thickness.
   pure real(dp) function energy_beside_spring(law, entrance, overlap) result(energy)

@@ -5,15 +5,19 @@
 !> the vertical one; there is no shear.
 module scree_in_situ
   use scree_block_input, only: blocks_t
+  use scree_contacts, only: outlines_t
   use scree_edges_on_lines, only: depth_at
   use scree_kinds, only: dp
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, vertices_after
   use scree_scene, only: scene_t
   use scree_sorting, only: sort_by
+  use scree_system, only: system_t
   use scree_text, only: short_text
   implicit none
   private
-  public :: in_situ_stress, in_situ_text
+  public :: in_situ_stress, in_situ_text, stress_edges
+
+  real(dp), parameter :: inwards = 1e-9_dp !! of the way to the middle of an element: what is a place within it
 
 contains
 
@@ -41,6 +45,30 @@ contains
       stress = -vertical*[s%k0(min(material, size(s%k0))), 1.0_dp, 0.0_dp]
     end associate
   end function in_situ_stress
+
+  !> Notes the stress before the run at both ends of each edge of the outlines, which joints begin with.
+  pure subroutine stress_edges(scene, blocks, system, position, outlines)
+    type(scene_t), intent(in) :: scene        !! with &in_situ
+    type(blocks_t), intent(in) :: blocks
+    type(system_t), intent(in) :: system
+    real(dp), intent(in) :: position(:, :)    !! (2, n_vertices) at the start, length
+    type(outlines_t), intent(inout) :: outlines
+    real(dp) :: place(2)
+    integer :: i, k
+
+    allocate (outlines%stress(3, 2, size(outlines%start)))
+    do i = 1, size(outlines%start)
+      associate (e => outlines%element(i), ends => [outlines%start(i), outlines%finish(i)])
+        associate (x => position(1, first_vertex_of(system%elements%shape, e):last_vertex_of(system%elements%shape, e)))
+          do k = 1, 2
+            place = position(:, ends(k))
+            place(1) = place(1) + inwards*(sum(x)/size(x) - place(1)) ! so that the rock above it is known
+            outlines%stress(:, k, i) = in_situ_stress(scene, blocks, place + system%origin, system%elements%material(e))
+          end do
+        end associate
+      end associate
+    end do
+  end subroutine stress_edges
 
   !> The stress of a model in words.
   function in_situ_text(stress) result(text)

@@ -12,6 +12,7 @@ module scree_set_up
   use scree_edge_load, only: edge_load_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_fixed_bodies, only: leave_out_fixed
+  use scree_in_situ, only: stress_edges
   use scree_kinds, only: dp, pi
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
@@ -126,6 +127,8 @@ contains
     fixed(model%free_block) = .false.
     model%outlines%fixed = fixed(model%outlines%block)
     model%outlines%gone = .not. model%present(model%outlines%block)
+    if (allocated(scene%settings%k0) .and. rests_inside(model%effects%contact)) &
+      call stress_edges(scene, blocks, model%system_t, state%vertex, model%outlines)
     allocate (state%contacts%contact(0))
     allocate (state%contacts%extra_reach(model%n_blocks), state%contacts%extra_turn(model%n_blocks), source=0.0_dp)
     state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]

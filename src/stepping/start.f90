@@ -26,7 +26,8 @@ module scree_start
   use scree_model, only: cache_t, model_t
   use scree_reactions, only: forces_at_rest
   use scree_scene, only: scheme_central_difference, start_acceleration, start_consistent
-  use scree_state, only: state_t
+  use scree_state, only: state_t, step_of_run
+  use scree_start_of_joints, only: stress_joints
   use scree_stiffness, only: small_strain_operator
   use scree_step_constraints, only: constraints_of_step
   use scree_text, only: rounded_text
@@ -57,12 +58,13 @@ contains
 
     before = stored_energy(state%books)
     state%books%sleeping_springs = 0.0_dp ! all are awake, and some may be gone or have another stiffness
-    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
     state%pace%size = model%settings%step_size
     if (model%settings%aim > 0) state%pace%size = max(model%settings%least_step, first_share*model%settings%step_size)
     state%pace%last = state%pace%size
     state%pace%pseudo = huge(1.0_dp)
     call rebuild_cache(model, state, cache)
+    if (allocated(model%outlines%stress) .and. step_of_run(state) == 0) call stress_joints(model, cache, state)
+    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
     call begin_motion(model, cache, state, error)
     if (allocated(error)) return
     call refresh_elements(model, state, cache)

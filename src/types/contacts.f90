@@ -34,6 +34,7 @@ module scree_contacts
     logical, allocatable :: fixed(:)    !! (n) its block cannot move
     logical, allocatable :: gone(:)     !! (n) its block was removed: it touches nothing
     integer, allocatable :: inside(:, :) !! (2, m) vertices inside of bodies at the start, each with the edge behind which it is
+    real(dp), allocatable :: stress(:, :, :) !! (3, 2, n) before the run at both ends of each edge, force/length^2
   end type outlines_t
 
   !> The line of an edge that a vertex of another body must cross to penetrate, and the memory of the contact there.
@@ -46,7 +47,7 @@ module scree_contacts
     integer :: state = state_open
     real(dp) :: direction = 1.0_dp       !! of sliding: 1 along the edge, -1 back, 0 of a bond pulled by more than it rubs by
     real(dp) :: anchor = 0.0_dp          !! fraction of the edge at which the shear spring holds the vertex
-    real(dp) :: rest = 0.0_dp            !! gap without force across; below 0 for a vertex that was found inside, length
+    real(dp) :: rest = 0.0_dp            !! gap without force; below 0: found inside; above 0: under stress before, length
     real(dp) :: multiplier(2) = 0.0_dp   !! forces across and along that the springs need not make up
     real(dp) :: stiffness(2) = 0.0_dp    !! across and along, of both entrances of a contact, force/length per unit thickness
     logical :: has_joint_stiffness = .false. !! its joint has a stiffness of its own, so multipliers do not hold it

@@ -12,8 +12,8 @@ module scree_joint_stiffness
   use scree_sets, only: root_of, unite
   implicit none
   private
-  public :: bonded_entrance, bonded_length, change_stiffness, follow_slip, is_hard, keep_stiffness, mean_of_bonds, &
-            measure_contact, stiffen_contact, take_stiffness
+  public :: bonded_entrance, bonded_length, change_stiffness, common_lengths, facing_edges, follow_slip, is_hard, &
+            keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact, take_stiffness
 
   !> Of the edges about: a vertex so near to the end of an edge is at it, and faces the edge beyond, too.
   real(dp), parameter, public :: at_end = 1e-3_dp
@@ -321,6 +321,45 @@ contains
     length = 0.5_dp*sum(faces%common, faces%flat)
     if (length < at_end*faces%shorter) length = 0.0_dp
   end function bonded_length
+
+  !> Edges that the edge which begins at the vertex of an entrance, and the edge which ends there, face. A contact that stands for
+  !> two vertices is between all four edges there, which may bend; another one is at its own edge alone.
+  pure function facing_edges(outlines, position, stands_for_both, entrance) result(facing)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    logical, intent(in) :: stands_for_both     !! the vertex at the nearer end of the edge has the contact, too
+    type(entrance_t), intent(in) :: entrance
+    integer :: facing(2), other
+
+    facing = entrance%edge
+    if (.not. stands_for_both) return
+    associate (at => position(:, outlines%start(entrance%vertex)), edge => entrance%edge)
+      other = merge(edge, outlines%next(edge), norm2(at - position(:, outlines%start(edge))) < &
+                                               norm2(at - position(:, outlines%finish(edge))))
+    end associate
+    facing = [outlines%previous(other), other]
+  end function facing_edges
+
+  !> Length that the edges at the vertex of an entrance have in common with those that they face, from the vertex on. It is 0 for an
+  !> edge that does not lie on the one that it faces.
+  pure function common_lengths(outlines, position, stands_for_both, entrance) result(common)
+    type(outlines_t), intent(in) :: outlines
+    real(dp), intent(in) :: position(:, :)     !! (2, n_vertices) at the start, length
+    logical, intent(in) :: stands_for_both     !! the vertex at the nearer end of the edge has the contact, too
+    type(entrance_t), intent(in) :: entrance
+    real(dp) :: common(2)
+    type(entrance_t) :: own
+    type(vertex_edges_t) :: faces
+    integer :: facing(2), i
+
+    facing = facing_edges(outlines, position, stands_for_both, entrance)
+    own = entrance
+    do i = 1, 2
+      own%edge = facing(i)
+      faces = faces_at(outlines, position, stands_for_both, .true., own)
+      common(i) = merge(faces%common(i), 0.0_dp, faces%flat(i))
+    end do
+  end function common_lengths
 
   !> Measures the edges at the vertex of an entrance against its edge.
   pure type(vertex_edges_t) function faces_at(outlines, position, stands_for_both, from_start, entrance) result(faces)
