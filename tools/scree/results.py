@@ -471,6 +471,12 @@ class Results(Group):
         from .model.reactions import support_of
         return support_of(self, name, frame)
 
+    def reactions(self, name: str) -> np.ndarray:
+        """The reaction of a support by name in each frame (f, 2); NaN at the start and where a stage is in motion. With `output.every=1` each
+        step has a frame. Needs matplotlib."""
+        known = [frame > 0 and self.is_static(frame) for frame in range(self.n_frames)]
+        return np.array([self.support(name, frame).reaction if there else (np.nan, np.nan) for frame, there in enumerate(known)])
+
     def closure(self, p: Sequence[float] | str, q: Sequence[float] | str) -> np.ndarray:
         """How much nearer two points of the rock are to each other in each frame than at the start (f): places at the start, or names of
         measured points. Needs matplotlib."""

@@ -178,7 +178,7 @@ def lacking_forces(results, model, block, frame, forces):
     material = int(results.material[block - 1])
     weights = model.in_force("materials.unit_weight")
     weight = weights.value[material - 1] if weights else list(model.materials.values())[material - 1].unit_weight
-    weight *= results.bodies.area[0][block - 1]
+    weight *= results.bodies.area[0][block - 1] * share_of_weight(results, model, frame)
     lacking = np.concatenate([[0, weight, 0], area * results.bodies.stress[frame][block - 1]])
     scale = abs(weight)
     contacts = results.contacts_of(frame)
@@ -193,6 +193,16 @@ def lacking_forces(results, model, block, frame, forces):
             lacking -= modes_at(place, centre).T @ force
             scale += np.linalg.norm(force)
     return lacking, scale
+
+
+def share_of_weight(results, model, frame):
+    """The part of the weight that acts in a frame while it grows (`gravity.ramp`)."""
+    ramp = model["gravity.ramp"] if model.in_force("gravity.ramp") else 0
+    if not ramp:
+        return 1.0
+    stages = results.frame_stages
+    begins = results.times[np.flatnonzero(stages < stages[frame])].max(initial=0.0)
+    return min(1.0, (results.times[frame] - begins) / ramp)
 
 
 def forces_of_bolts(results, frame, polygons):
