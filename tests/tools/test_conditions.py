@@ -117,3 +117,19 @@ def test_a_report_begins_with_results(results, tmp_path):
     bears = 9.81 * (2600 * 140 + 2000 * 60) + 3e4 * 20 - 9810 * 5.5 * 20  # rock, load, uplift
     assert float(re.search(r"reaction of floor \(.*?, (\S+) N/m\)", words)[1]) == pytest.approx(bears, rel=1e-3)
     assert "E = " in words and "Pa" in words and "solves" not in words and "solves" in folded
+
+
+@pytest.mark.parametrize("dpi", [50, 70, 150])
+def test_a_legend_is_as_wide_as_its_panel_allows(results, dpi, tmp_path):
+    """All that acts, states of joints and vectors make a long legend: no part of it is beside the picture."""
+    axis = scree.plot(results, "displacement", joints="state", vectors="displacement", conditions=True)
+    axis.figure.savefig(tmp_path / "bench.png", dpi=dpi)
+    axis.figure.set_dpi(dpi)
+    axis.figure.draw_without_rendering()
+    legend = axis.get_legend().get_window_extent()
+    assert len(axis.get_legend().get_texts()) > 6 and legend.x0 > 0 and legend.x1 < axis.figure.bbox.width
+
+
+def test_rock_below_joints_has_the_names_of_its_materials(results):
+    axis = scree.plot(results, "material", joints="state")
+    assert {"granite", "clay"} <= {text.get_text() for text in axis.get_legend().get_texts()} and len(axis.figure.axes) == 1

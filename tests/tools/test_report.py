@@ -209,6 +209,8 @@ def test_a_page_loads_without_a_problem_or_a_request(shown):
     assert all(url.startswith(("file:", "blob:", "data:", "about:")) for url in browser.requests)
     assert browser.evaluate("player.scene.frames") == len(file.times)
     assert browser.evaluate("document.querySelectorAll('.chart canvas').length") > 10
+    assert browser.evaluate("document.querySelectorAll('#solver_charts .chart').length") > 5  # folded
+    assert 0 < browser.evaluate("document.querySelectorAll('#charts .chart').length") < 8
 
 
 @needs_browser
@@ -412,7 +414,9 @@ def test_bolts_and_points_are_drawn(tmp_path):
             found += browser.evaluate("player.scene.origin")
             kinds, places = file.points(last)
             np.testing.assert_allclose(found, places[kinds == kind], atol=1e-4 * np.ptp(file.file.vertices(0)))
-        assert browser.evaluate("document.getElementById('legend').textContent").startswith("bolt") and not browser.problems
+        legend = browser.evaluate("document.getElementById('legend').textContent")
+        assert legend.startswith("rock 1rock 2bolt") and not browser.problems
+        assert browser.evaluate("document.getElementById('scale').hidden")  # rock has names, no bar of colours
 
 
 @pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])

@@ -50,6 +50,9 @@ DIGITS = 10        # of numbers along axes, which may be of a national grid
 PALER = 0.4        # share of white in colours that something is drawn over
 PANEL, WHOLE = 3.4, 5.6  # inches of one of many panels, and of one alone
 LEGEND = 0.8       # inches below the panels
+BAR = 1.2          # inches beside the panels, for the bar of colours
+MOST_COLUMNS = 4   # of a legend
+WIDER = 1.05       # times its width, which letters of another resolution may take
 BELOW = 0.5        # inches from a panel to the legend, for the numbers and the name of x
 TALLEST = 1.4      # of a panel, over its width
 LEAST_SIDE = 0.25  # of a picture over the other
@@ -520,8 +523,11 @@ class Panels:
             self.bar_of_colours(figure, axes, picture)
         if entries:
             below = axes[-1, 0].transAxes + ScaledTranslation(0, -BELOW, figure.dpi_scale_trans)
-            axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=4, loc="upper center",
-                               bbox_to_anchor=(0.5, 0), bbox_transform=below, borderaxespad=0)
+            for columns in range(MOST_COLUMNS, 0, -1):  # as many as the panels are wide enough for
+                legend = axes[-1, 0].legend(entries.values(), entries.keys(), fontsize=8, frameon=False, ncols=columns, loc="upper center",
+                                            bbox_to_anchor=(0.5, 0), bbox_transform=below, borderaxespad=0)
+                if WIDER * legend.get_window_extent().width <= figure.bbox.width - BAR * figure.dpi:
+                    break
 
     def bar_of_colours(self, figure, axes, picture):
         """The bar of colours beside the panels."""
@@ -533,7 +539,7 @@ class Panels:
         """A figure with so many panels of a side in inches."""
         wide, tall = self.shape
         below = LEGEND if self.extras or self.colours == ROCK else 0.3
-        size = (side * columns + 1.2, (side * min(tall / wide, TALLEST) + 0.5) * rows + below)
+        size = (side * columns + BAR, (side * min(tall / wide, TALLEST) + 0.5) * rows + below)
         return plt.subplots(rows, columns, figsize=size, squeeze=False, layout="constrained", sharex=True, sharey=True)
 
 

@@ -1,13 +1,15 @@
 """What a run came to, as rows and charts of a page."""
 import numpy as np
 
-from ..histories import COLUMNS, axis_of, histories_of, is_static, names_of_histories
+from ..histories import COLUMNS, MEASURED, axis_of, histories_of, is_static, names_of_histories
 from ..units import number
 
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
 TOO_FAR_OFF = 2   # times the error that was asked for: an estimate tells no more
 BINS = 300        # over the time of a chart, each with the least and the largest of a series
 MOST_LINES = 6    # of a chart, those of the largest at the end
+OF_THE_SOLVER = {"asleep", "contacts", "deformation_iterations", "green_elements", "momentum", "open_close_iterations", "overlap", "rejected",
+                 "solves", "stage", "step_size", "unbalanced", "unbalanced_block"}  # histories that tell how it was computed
 
 
 def percent(share):
@@ -205,7 +207,8 @@ def scene_rows(results):
 
 
 def charts(results, units):
-    """Panels of histories: energies in one, of blocks and points those that moved or turned most, the others one by one."""
+    """Panels of histories: of measured points first, of blocks and points those that moved or turned most; energies in one; those that tell
+    how it was computed last."""
     history = results.history
     if not len(history.time):
         return []
@@ -213,15 +216,17 @@ def charts(results, units):
     energies = {name: history.energy[name] for name in history.energy}
     if "gravity" in energies:  # its zero is that of y
         energies["gravity"] = energies["gravity"] - energies["gravity"][0]
-    found = [chart(units, steps, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))]
+    found = [chart(units, steps, "energies, of gravity its change", history.units("energy/kinetic"), list(energies.items()))
+             | {"solver": False, "first": False}]
     for name in names_of_histories(results):
         if name == "time" or name.startswith("energy/"):
             continue
         for one in histories_of(results, name):
             chosen = np.argsort(-np.abs(one.values[-1]), kind="stable")[:MOST_LINES]
             found.append(chart(units, steps, one.description, one.dimension,
-                               [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)]))
-    return found
+                               [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)])
+                         | {"solver": name in OF_THE_SOLVER, "first": name.startswith(MEASURED) or name == "support_force"})
+    return sorted(found, key=lambda one: not one["first"])
 
 
 def chart(units, steps, title, dimension, series):

@@ -10,7 +10,7 @@ async function begin() {
   const charts = facts.charts.map(chart => {
     const box = document.createElement("section");
     box.className = "chart";
-    byId("charts").append(box);
+    byId(chart.solver ? "solver_charts" : "charts").append(box);
     return makeChart(box, chart, step => show(nearestFrame(scene.steps, step)));
   });
   let pointed = -1, playing = 0;
@@ -77,6 +77,7 @@ async function begin() {
     byId(name).addEventListener("input", redraw);
   byId("fit").addEventListener("click", () => { player.fit(); player.draw(); });
   window.addEventListener("resize", () => drawAll(1));
+  byId("solver").addEventListener("toggle", () => drawAll(1));  // what is folded has no size
   window.addEventListener("beforeprint", () => drawAll(PRINTED));
   window.addEventListener("afterprint", () => drawAll(1));
   document.addEventListener("keydown", event => {
@@ -99,8 +100,9 @@ function nearestFrame(steps, step) {
   return steps.reduce((best, one, k) => Math.abs(one - step) < Math.abs(steps[best] - step) ? k : best, 0);
 }
 
-/** The bar of colours with its ends. */
+/** The bar of colours with its ends; rock has entries of the legend in its place. */
 function drawColours(player) {
+  byId("scale").hidden = isRock(player);
   const {limits: [low, high], colours} = player.colours, {label, factor} = LOOK.fields[player.field];
   byId("bar").style.background = `linear-gradient(to right, ${colours.join(",")})`;
   byId("low").textContent = digits(low / factor);
@@ -108,8 +110,12 @@ function drawColours(player) {
   byId("high").textContent = digits(high / factor);
 }
 
+function isRock(player) {
+  return player.field === "material" && LOOK.rocks.length > 0;
+}
+
 function drawLegend(player) {
-  const entries = [];
+  const entries = isRock(player) ? LOOK.rocks.map(({name, colour}) => [name, colour, 10]) : [];
   if (player.joints) for (const [name, {colour, width, dash}] of Object.entries(LOOK.states)) entries.push([name, colour, width, dash.length]);
   if (player.joints === "forces") entries.push(["force of contact", LOOK.force.colour, LOOK.force.width]);
   if (player.crosses) for (const name of ["compression", "tension"]) entries.push([name, LOOK[name].colour, LOOK[name].width]);

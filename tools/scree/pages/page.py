@@ -9,7 +9,7 @@ from matplotlib.colors import to_hex
 
 from .. import overlays
 from ..conditions import BOLTS
-from ..drawing import FIELDS, POINTS, Look, limits_of, paler
+from ..drawing import FIELDS, POINTS, ROCK, ROCKS, Look, limits_of, name_of, paler
 from ..histories import LINES, axis_of, is_static
 from ..overlays import Common, lengths_of, principal_values
 from . import facts, modelled
@@ -63,7 +63,8 @@ def look_of(file, units):
                 "force": (overlays.measure_of_forces, "force of contact [force/length]")}
     return {
         "fields": fields,
-        "maps": {name: {"full": hexes(plt.get_cmap(name)), "paler": hexes(paler(name))} for name in {f["map"] for f in fields.values()}},
+        "rocks": rocks(file) if fields["material"]["map"] == ROCK else [],
+        "maps": {name: {"full": hexes(plt.get_cmap(name)), "paler": hexes(plt.get_cmap(name) if name == ROCK else paler(name))} for name in {f["map"] for f in fields.values()}},
         "scales": {name: {"large": float(common.scale(measure, 1.0)[1]), **in_units(label, units)}
                    for name, (measure, label) in measures.items()},
         "states": {name: drawn(look) for name, look in overlays.STATES.items()}, "force": drawn(overlays.FORCE),
@@ -72,6 +73,11 @@ def look_of(file, units):
         "bolts": [{"name": name, "colour": to_hex(colour), "dash": DASHES[style]} for name, style, colour in BOLTS],
         "lines": LINES, "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
         "cells": overlays.CELLS, "longest": overlays.LONGEST, "cross": overlays.CROSS, "many_blocks": overlays.MANY_BLOCKS}
+
+
+def rocks(file):
+    """Names and colours of the block materials that are there."""
+    return [{"name": name_of(file, "rock", int(number)), "colour": ROCKS[int(number) - 1]} for number in np.unique(file.values(0, "material")[0])]
 
 
 def in_units(label, units):
