@@ -122,6 +122,7 @@ def test_a_scene_without_joint_materials_has_none_to_reduce(tmp_path):
 @pytest.mark.parametrize("words, status, said", [
     ([PLANE, "--joints", "2"], 2, "expected joint materials of the scene, 1 to 1, found [2]"),
     ([PLANE, "--set", "joint(1).phi=0"], 2, "nothing to reduce"),
+    ([PLANE, "--set", "joint(1).phi=80", "--most", "4"], 1, "it stands with a factor of 4: try a larger --most, where strength decides at all"),
     ([PLANE, "--set", "joint(1).phi=1", "--most", "4"], 1, "it falls with a factor of 0.25: strength does not hold it"),
     ([PLANE, "--set", "joints.jrc=8", "--set", "joints.jcs=1e6"], 2, "found joints.jrc = 8: a rough joint with less strength is not one of another roughness"),
     ([CASES / "s4-bolted-later" / "bolted.ana", "--stage", "bench"], 2, "--stage: expected all, or a stage by name or number, 1 to 3"),

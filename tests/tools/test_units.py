@@ -28,7 +28,7 @@ def test_dimensions_get_names_and_factors():
     assert Units().of("x [length]") == ("x [length]", 1.0) and Units("m,Pa").of("t [time]") == ("t [time]", 1.0)
 
 
-@pytest.mark.parametrize("words", ["m", "m,Pa,s,kg", "m,", "m,Pa=0", "m,Pa=x", "m,Pa=-1", "m,Pa=inf", "", "m=1=2,Pa"])
+@pytest.mark.parametrize("words", ["m,mm=1e-3", "m,s", "m", "m,Pa,s,kg", "m,", "m,Pa=0", "m,Pa=x", "m,Pa=-1", "m,Pa=inf", "", "m=1=2,Pa"])
 def test_other_words_are_refused(words):
     with pytest.raises(PlotError, match="expected LENGTH,STRESS or"):
         Units(words)

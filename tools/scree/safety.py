@@ -290,7 +290,7 @@ def search(try_factor: Callable[[float], Trial], within: float, most: float, fir
     while trials[-1].stands == trials[0].stands:
         factor = trials[-1].factor * step
         if not 1 / most <= factor <= most:
-            raise NoFactor(f"it stands with a factor of {trials[-1].factor:g}: strength does not decide" if trials[0].stands else
+            raise NoFactor(f"it stands with a factor of {trials[-1].factor:g}: try a larger --most, where strength decides at all" if trials[0].stands else
                            f"it falls with a factor of {trials[-1].factor:g}: strength does not hold it")
         trials.append(try_factor(factor))
         yield trials[-1]

@@ -11,6 +11,7 @@ BASES = {"force": (1, 2, 0), "mass": (1, 1, 2), "length": (0, 1, 0), "time": (0,
 FORCES = {("m", "Pa"): ("N", "J/m"), ("m", "kPa"): ("kN", "kJ/m"), ("m", "MPa"): ("MN", "MJ/m"), ("m", "GPa"): ("GN", "GJ/m"),
           ("mm", "MPa"): ("N", "mJ/mm"), ("mm", "GPa"): ("kN", "J/mm")}
 ENERGY = "force*length/length"
+NO_STRESSES = {"m", "mm", "cm", "km", "s", "ms"}  # names that are those of a length or a time
 
 
 class Units:
@@ -29,6 +30,8 @@ class Units:
         if len(self.bases) not in (2, 3) or not all(0 < factor < float("inf") for _, factor in self.bases):
             raise PlotError(f"--units: expected LENGTH,STRESS or LENGTH,STRESS,TIME, such as m,MPa=1e6, found '{words}'")
         length, stress, time = [*self.bases, ("time", 1.0)][:3]
+        if stress[0] in NO_STRESSES:
+            raise PlotError(f"--units: expected LENGTH,STRESS or LENGTH,STRESS,TIME, such as m,MPa=1e6, found '{stress[0]}' for the stress")
         self.bases = [stress, length, time]
 
     def of(self, label):
