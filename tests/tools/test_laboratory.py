@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scree
 from scree.errors import ScreeError
+from scree.laboratories.command import Laboratory, words_of
 from scree.laboratories.runs import Outcome, mohr_coulomb, run_specimen
 from scree.laboratories.specimens import LIGHT, TESTS, Rock, Specimen
 
@@ -32,6 +33,13 @@ def test_a_stack_gives_way_as_its_grains_and_its_joints(tmp_path, grains):
     stiffness = height / (height / even + (grains + 1) / KN)
     assert found.young == pytest.approx(stiffness, rel=1e-3)
     assert found.poisson == pytest.approx(rock.poisson / (1 - rock.poisson) * stiffness / even, rel=2e-3)
+
+
+def test_the_fit_counts_specimens_whose_stress_did_not_fall():
+    found = [outcome("shear", pressure, 1e6 + pressure) for pressure in (1e6, 2e6, 4e6)]
+    assert list(words_of(Laboratory(found)))[-1] == "cohesion 1 MPa, friction angle 45.0 degrees"
+    found[1].has_peak = False
+    assert list(words_of(Laboratory(found)))[-1].endswith("45.0 degrees, with 1 of 3 specimens that did not fall")
 
 
 @pytest.fixture(scope="module")

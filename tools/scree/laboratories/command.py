@@ -89,7 +89,9 @@ def words_of(tests: Laboratory) -> typing.Iterator[str]:
         spread = f" +- {values.std(ddof=1):.2g}" if len(values) > 1 else ""
         yield f"{NAMES[kind]}{f' at {pressure / MEGA:g} MPa' if pressed else ''}: {values.mean():.4g}{spread} MPa"
     if found := tests.mohr_coulomb:
-        yield f"cohesion {found[0] / MEGA:.4g} MPa, friction angle {found[1]:.1f} degrees"
+        left = sum(not one.has_peak for one in tests.outcomes)
+        yield (f"cohesion {found[0] / MEGA:.4g} MPa, friction angle {found[1]:.1f} degrees" +
+               (f", with {left} of {len(tests.outcomes)} specimens that did not fall" if left else ""))
 
 
 @ends_in_a_line
