@@ -5,6 +5,8 @@ module scree_growth
   use scree_carry_over, only: carry_through_cut
   use scree_crack_cutting, only: cut_blocks
   use scree_crack_growth, only: find_growth, growth_t
+  use scree_crack_tip, only: crack_tip_t
+  use scree_crack_tips, only: number_tips
   use scree_energy, only: close_books, stored_energy
   use scree_equilibrium, only: begin_settling
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
@@ -15,11 +17,14 @@ module scree_growth
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
   use scree_state, only: cracks_t, state_t, time_of_run
-  use scree_text, only: number_text, rounded_text
+  use scree_text, only: number_text, place_text, rounded_text, short_text
+  use scree_tip_disc, only: is_measured
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: cut_by_cracks, grow_cracks
+  public :: grow_cracks, set_up_cut
+
+  integer, parameter :: steps_of_run = 10 !! without a break, after which a crack that grows is said to run
 
 contains
 
@@ -48,12 +53,13 @@ contains
                 'count from the start, found it')
       return
     end if
-    call find_growth(blocks, model, state, growth)
-    n = size(growth%joint)
+    call find_growth(model, cache, state, growth)
+    call tell_tips(model, growth%tip, watch, progress)
+    n = size(growth%tip)
     if (n == 0) return
     n_before = size(blocks%material)
-    own%piece = growth%piece + spread(reshape(spread(model%origin - blocks%origin, 2, 2), [4]), 2, n)
-    own%joint = growth%joint
+    own%piece = growth%piece + spread([model%origin - blocks%origin, model%origin - blocks%origin], 2, n)
+    own%joint = model%tip(growth%tip)%joint
     own%time = [(time_of_run(state), i=1, n)]
     call cut_model(scene, own, blocks, model, cache, state, watch, parent, error)
     if (allocated(error)) return
@@ -87,6 +93,64 @@ contains
     end do
   end subroutine cut_by_cracks
 
+  !> Says which tips go on growing in a static run, and which have too little room for a disc. Each is said once.
+  subroutine tell_tips(model, grows, watch, progress)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: grows(:)              !! tips of the model that grow
+    type(watch_t), intent(inout) :: watch
+    type(progress_t), intent(inout) :: progress
+    integer :: i
+
+    if (size(model%tip) == 0) return
+    if (.not. allocated(watch%grown)) then
+      allocate (watch%grown(maxval(model%tip%number)), source=0)
+      allocate (watch%narrow(size(watch%grown)), source=.false.)
+    end if
+    do i = 1, size(model%tip)
+      associate (tip => model%tip(i), grown => watch%grown(model%tip(i)%number), narrow => watch%narrow(model%tip(i)%number))
+        grown = merge(grown + 1, 0, any(grows == i))
+        if (grown == steps_of_run .and. model%effects%is_static()) &
+          call tell(progress, name_of(i)//' runs: it has grown in each of '//number_text(steps_of_run)//' steps')
+        if (narrow .or. is_measured(tip) .or. .not. allocated(model%settings%crack_toughness)) cycle
+        narrow = .true.
+        call tell(progress, name_of(i)//' does not grow by its toughness: the next tip is '//short_text(tip%to_tip/tip%edge)// &
+                  ' triangles away, which leaves no room for its stress intensity')
+      end associate
+    end do
+
+  contains
+
+    !> A tip in words.
+    function name_of(i) result(name)
+      integer, intent(in) :: i
+      character(len=:), allocatable :: name
+
+      name = 'crack tip '//number_text(model%tip(i)%number)//' at '// &
+             place_text(model%tip(i)%place + model%origin, model%extent, digits=4)
+    end function name_of
+
+  end subroutine tell_tips
+
+  !> Cuts blocks further, and makes the model of them. Its tips keep the numbers that they had.
+  subroutine set_up_cut(scene, cracks, before, blocks, model, state, error)
+    type(scene_t), intent(in) :: scene           !! of the stage
+    type(cracks_t), intent(in) :: cracks         !! pieces by which cracks have grown further
+    type(crack_tip_t), intent(in) :: before(:)   !! tips until then
+    type(blocks_t), intent(inout) :: blocks
+    type(model_t), intent(out) :: model
+    type(state_t), intent(out) :: state
+    type(error_t), allocatable, intent(out) :: error
+    type(effect_t), allocatable :: list(:)
+    real(dp) :: piece(4, size(cracks%joint))
+
+    call cut_by_cracks(cracks, blocks, error)
+    if (allocated(error)) return
+    call set_up(scene, blocks, model, state, list, error)
+    if (allocated(error)) return
+    piece = cracks%piece - spread([model%origin - blocks%origin, model%origin - blocks%origin], 2, size(cracks%joint))
+    call number_tips(before, piece, model%extent, model%tip)
+  end subroutine set_up_cut
+
   !> Cuts the blocks of a model further, makes the model of them, and has the state go on in it.
   subroutine cut_model(scene, cracks, blocks, model, cache, state, watch, parent, error)
     type(scene_t), intent(in) :: scene           !! of the stage
@@ -101,12 +165,9 @@ contains
     type(model_t) :: cut
     type(state_t) :: on
     type(lineage_t) :: lineage
-    type(effect_t), allocatable :: list(:)
     real(dp) :: before                           !! energy
 
-    call cut_by_cracks(cracks, blocks, error)
-    if (allocated(error)) return
-    call set_up(scene, blocks, cut, on, list, error)
+    call set_up_cut(scene, cracks, model%tip, blocks, cut, on, error)
     if (allocated(error)) return
     lineage = lineage_of(model, cut)
     call carry_through_cut(model, state, lineage, cut, on)

@@ -2,6 +2,7 @@
 module scree_next_stage
   use scree_block_input, only: blocks_t
   use scree_carry_over, only: carry_over
+  use scree_crack_tips, only: number_tips
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t
   use scree_kinds, only: dp
@@ -36,6 +37,8 @@ contains
     said = ''
     call set_up(scene, blocks, model, state, list, error)
     if (allocated(error)) return
+    if (allocated(model_before%tip) .and. allocated(model%tip)) &
+      call number_tips(model_before%tip, reshape([real(dp) ::], [4, 0]), model%extent, model%tip)
     allocate (reaction(2, size(model_before%points%kind)), source=0.0_dp)
     if (allocated(model%effects%absorbing_edge)) then
       call refresh_elements(model_before, before, cache)

@@ -14,7 +14,7 @@ module scree_simulation
   use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_growth, only: cut_by_cracks, grow_cracks
+  use scree_growth, only: grow_cracks, set_up_cut
   use scree_forecast, only: enough, note_step, probe_t
   use scree_next_stage, only: set_up_next
   use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, tell, tell_whole, warn
@@ -296,11 +296,10 @@ contains
     type(cracks_t), intent(in) :: cracks
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
-    type(effect_t), allocatable :: list(:)
+    type(model_t) :: drawn
 
-    call cut_by_cracks(cracks, run%blocks, error)
-    if (allocated(error)) return
-    call set_up(run%scene, run%blocks, run%model, run%state, list, error)
+    drawn = run%model
+    call set_up_cut(run%scene, cracks, drawn%tip, run%blocks, run%model, run%state, error)
     if (.not. allocated(error)) call begin_steps(run, error)
   end subroutine prepare_cut
 

@@ -2,6 +2,7 @@
 module scree_check_scene
   use scree_block_input, only: blocks_t, joined_text
   use scree_boundary_rock, only: boundary_warning
+  use scree_crack_speed, only: crack_step_warning
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_initial_overlaps, only: overlap_texts, overlap_warning, refuse_overlaps
   use scree_kinds, only: dp
@@ -59,7 +60,8 @@ contains
     if (allocated(error)) return
     call check_stages(scene, blocks, quiet, unit, error)
     if (allocated(error)) return
-    line = [boundary_warning(blocks%boundary), warnings_of(scene, facts), overlap_warning(model)]
+    line = [boundary_warning(blocks%boundary), warnings_of(scene, facts), overlap_warning(model), &
+            crack_step_warning(scene, model)]
     do i = 1, size(line)
       write (unit, '(a)') 'warning: '//line(i)%text
     end do
@@ -101,7 +103,8 @@ contains
     integer :: i
 
     call facts_of(scene, blocks, model, state, facts)
-    line = [boundary_warning(blocks%boundary), warnings_of(scene, facts), overlap_warning(model)]
+    line = [boundary_warning(blocks%boundary), warnings_of(scene, facts), overlap_warning(model), &
+            crack_step_warning(scene, model)]
     do i = 1, size(line)
       call warn(progress, line(i)%text)
     end do

@@ -3,17 +3,19 @@
 !> A crack grows at its tip by the piece that lies in the next element, so that its new tip is on a side of a triangle of the mesh.
 !> All places are those of the start: an element is the affine image of its polygon then, so nothing is cut in its deformed shape.
 !>
-!> The crack grows where the largest principal stress, averaged over a half disc before the tip, has reached the tensile strength of
-!> the rock. It grows across that stress.
+!> The crack grows where the largest intensity of the circumferential stress has reached the toughness of the rock, in the direction
+!> of that (`scree_crack_direction`). It also grows where the largest principal stress, averaged over a half disc before the tip,
+!> has reached the tensile strength of the rock, across that stress.
 module scree_crack_growth
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
-  use scree_block_input, only: blocks_t
-  use scree_crack_cutting, only: lines_of_blocks
+  use scree_crack_direction, only: growth_angle, hoop_intensity
+  use scree_crack_tip, only: crack_tip_t
   use scree_kinds, only: dp, pi
-  use scree_model, only: model_t
-  use scree_polygon, only: distance_to_segment
+  use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, vertices_after
   use scree_state, only: state_t
+  use scree_stress_intensity, only: stress_intensity
+  use scree_tip_disc, only: is_measured
   implicit none
   private
   public :: find_growth, growth_t
@@ -29,104 +31,69 @@ module scree_crack_growth
   !> Pieces by which cracks are to grow.
   type :: growth_t
     real(dp), allocatable :: piece(:, :)   !! (4, n) x1 y1 x2 y2, from the tip on, at the start, in coordinates of the model, length
-    integer, allocatable :: joint(:)       !! (n) joint material of the cracks
+    integer, allocatable :: tip(:)         !! (n) of the model
   end type growth_t
-
-  !> An end of a crack inside a block, at the start, in coordinates of the model.
-  type :: crack_end_t
-    real(dp) :: place(2) = 0.0_dp          !! length
-    real(dp) :: direction(2) = 0.0_dp      !! in which the crack goes on, of length 1
-    real(dp) :: edge = 0.0_dp              !! longest side of the triangle there, length
-    integer :: element = 0, block = 0, joint = 0
-  end type crack_end_t
 
 contains
 
   !> Finds the tips that grow in a state, and the pieces by which they do.
-  subroutine find_growth(blocks, model, state, growth)
-    type(blocks_t), intent(in) :: blocks   !! with the cracks of the model
+  subroutine find_growth(model, cache, state, growth)
     type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(growth_t), intent(out) :: growth
-    type(crack_end_t), allocatable :: tips(:)
     type(block_finder_t) :: finder
-    real(dp) :: direction(2), end(2), strength
-    real(dp), allocatable :: piece(:, :)
-    logical :: breaks, grows(2*size(blocks%crack_joint))
+    real(dp) :: direction(2), end(2), piece(4, size(model%tip))
+    logical :: breaks, grows(size(model%tip))
     integer :: i
 
     call set_up_finder(finder, model%elements%shape, model%start, same*model%extent)
-    tips = ends_of_cracks(blocks, model, state, finder)
-    allocate (piece(4, size(tips)))
     grows = .false.
-    do i = 1, size(tips)
-      strength = model%settings%crack_strength(model%elements%material(tips(i)%element))
-      if (.not. strength > 0) cycle
-      call judge_tension(mean_stress_before(tips(i), model%settings%crack_length, finder, model, state), strength, &
-                         tips(i)%direction, breaks, direction)
-      if (.not. breaks) cycle
-      call find_end(tips(i), direction, finder, model, end, grows(i))
-      piece(:, i) = [tips(i)%place, end]
+    do i = 1, size(model%tip)
+      associate (tip => model%tip(i), s => model%settings)
+        breaks = .false.
+        if (allocated(s%crack_toughness)) &
+          call judge_intensity(model, cache, state, tip, s%crack_toughness(model%elements%material(tip%element)), breaks, direction)
+        if (allocated(s%crack_strength) .and. .not. breaks) &
+          call judge_tension(mean_stress_before(tip, s%crack_length, finder, model, state), &
+                             s%crack_strength(model%elements%material(tip%element)), tip%direction, breaks, direction)
+        if (.not. breaks) cycle
+        call find_end(tip, direction, finder, model, end, grows(i))
+        piece(:, i) = [tip%end, end]
+      end associate
     end do
-    growth%piece = piece(:, pack([(i, i=1, size(tips))], grows(:size(tips))))
-    growth%joint = pack(tips%joint, grows(:size(tips)))
+    growth%tip = pack([(i, i=1, size(model%tip))], grows)
+    growth%piece = piece(:, growth%tip)
   end subroutine find_growth
 
-  !> The ends of cracks that neither meet another piece nor lie on the outline of a block.
-  function ends_of_cracks(blocks, model, state, finder) result(tips)
-    type(blocks_t), intent(in) :: blocks
+  !> Whether the stress intensity of a tip breaks the rock, and in which direction: that of the largest circumferential stress.
+  !>
+  !> A disc that another tip leaves too little room for tells nothing. A material without toughness does not break.
+  pure subroutine judge_intensity(model, cache, state, tip, toughness, breaks, direction)
     type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
-    type(block_finder_t), intent(in) :: finder !! of the elements at the start
-    type(crack_end_t), allocatable :: tips(:)
-    type(crack_end_t) :: tip
-    real(dp), allocatable :: line(:, :, :)
-    real(dp) :: corner(2, 3)
-    integer, allocatable :: joint(:)
-    integer :: i, k
+    type(crack_tip_t), intent(in) :: tip
+    real(dp), intent(in) :: toughness      !! K_Ic, force/length^(3/2)
+    logical, intent(out) :: breaks
+    real(dp), intent(out) :: direction(2)  !! of length 1
+    real(dp) :: angle, K(2)
 
-    call lines_of_blocks(blocks, line, joint)
-    allocate (tips(0))
-    do i = size(blocks%vertex, 2) + 1, size(joint)
-      do k = 1, 2
-        if (is_met(line(:, k, i), i)) cycle
-        tip%joint = joint(i)
-        tip%direction = line(:, k, i) - line(:, 3 - k, i)
-        tip%direction = tip%direction/norm2(tip%direction)
-        tip%place = line(:, k, i) + blocks%origin - model%origin
-        tip%element = block_at(finder, model%elements%shape, model%start, tip%place)
-        if (tip%element == 0) cycle
-        tip%block = model%elements%block(tip%element)
-        corner = state%cover(:, model%elements%cover(:3, tip%element))
-        tip%edge = sqrt(maxval(sum((corner - corner(:, [2, 3, 1]))**2, 1)))
-        tips = [tips, tip]
-      end do
-    end do
-
-  contains
-
-    !> Whether a place, where a piece ends, lies on another piece or an outline.
-    pure logical function is_met(place, own)
-      real(dp), intent(in) :: place(2)     !! length
-      integer, intent(in) :: own           !! number of that piece among the lines
-      integer :: j
-
-      is_met = .false.
-      do j = 1, size(line, 3)
-        if (j == own) cycle
-        is_met = distance_to_segment(place, line(:, 1, j), line(:, 2, j)) <= same*model%extent
-        if (is_met) return
-      end do
-    end function is_met
-
-  end function ends_of_cracks
+    direction = tip%direction
+    breaks = toughness > 0 .and. is_measured(tip)
+    if (.not. breaks) return
+    K = stress_intensity(model, cache, state, tip)
+    angle = growth_angle(K)
+    breaks = hoop_intensity(K, angle) >= toughness
+    direction = cos(angle)*tip%direction + sin(angle)*[-tip%direction(2), tip%direction(1)]
+  end subroutine judge_intensity
 
   !> Mean stress over the half disc before a tip, in the axes of the start: xx, yy, xy, force/length^2. What of the disc is not in
   !> the block of the tip does not count; without any of it the stress is 0.
   !>
   !> The half disc has points at equal areas, on rings and rays. The stress of an element is turned back by its rotation.
   function mean_stress_before(tip, radius, finder, model, state) result(stress)
-    type(crack_end_t), intent(in) :: tip
+    type(crack_tip_t), intent(in) :: tip
     real(dp), intent(in) :: radius         !! length
     type(block_finder_t), intent(in) :: finder !! of the elements at the start
     type(model_t), intent(in) :: model
@@ -142,7 +109,7 @@ contains
       do k = 1, n_rays
         angle = pi*((k - 0.5_dp)/n_rays - 0.5_dp)
         e = block_at(finder, model%elements%shape, model%start, &
-                     tip%place + r*(cos(angle)*tip%direction + sin(angle)*[-tip%direction(2), tip%direction(1)]), &
+                     tip%end + r*(cos(angle)*tip%direction + sin(angle)*[-tip%direction(2), tip%direction(1)]), &
                      model%elements%block, tip%block)
         if (e == 0) cycle
         n = n + 1
@@ -171,13 +138,13 @@ contains
   !> Whether tension breaks the rock before a tip, and in which direction: across the largest principal stress, onwards.
   pure subroutine judge_tension(stress, strength, onwards, breaks, direction)
     real(dp), intent(in) :: stress(3)      !! xx, yy, xy, force/length^2
-    real(dp), intent(in) :: strength       !! force/length^2
+    real(dp), intent(in) :: strength       !! force/length^2; 0: the rock does not break
     real(dp), intent(in) :: onwards(2)     !! direction of the crack
     logical, intent(out) :: breaks
     real(dp), intent(out) :: direction(2)
     real(dp) :: angle
 
-    breaks = (stress(1) + stress(2))/2 + sqrt(((stress(1) - stress(2))/2)**2 + stress(3)**2) >= strength
+    breaks = strength > 0 .and. (stress(1) + stress(2))/2 + sqrt(((stress(1) - stress(2))/2)**2 + stress(3)**2) >= strength
     angle = 0.5_dp*atan2(2*stress(3), stress(1) - stress(2))
     direction = [-sin(angle), cos(angle)]
     if (dot_product(direction, onwards) < 0) direction = -direction
@@ -185,7 +152,7 @@ contains
 
   !> Finds where a crack that grows in a direction leaves the next element. It goes to a vertex of that where one is near.
   subroutine find_end(tip, direction, finder, model, end, is_there)
-    type(crack_end_t), intent(in) :: tip
+    type(crack_tip_t), intent(in) :: tip
     real(dp), intent(in) :: direction(2)   !! of length 1
     type(block_finder_t), intent(in) :: finder !! of the elements at the start
     type(model_t), intent(in) :: model
@@ -196,15 +163,15 @@ contains
     real(dp) :: a(2), b(2), across, nearest, t, way
     integer :: e, k
 
-    end = tip%place
+    end = tip%end
     is_there = .false.
-    e = block_at(finder, model%elements%shape, model%start, tip%place + ahead*tip%edge*direction, model%elements%block, tip%block)
+    e = block_at(finder, model%elements%shape, model%start, tip%end + ahead*tip%edge*direction, model%elements%block, tip%block)
     if (e == 0) return
     vertex = model%start(:, first_vertex_of(model%elements%shape, e):last_vertex_of(model%elements%shape, e))
     next = vertices_after(loops_of(model%elements%shape, e))
     way = huge(way)
     do k = 1, size(next)
-      a = vertex(:, k) - tip%place
+      a = vertex(:, k) - tip%end
       b = vertex(:, next(k)) - vertex(:, k)
       across = direction(1)*b(2) - direction(2)*b(1)
       if (.not. abs(across) > 0) cycle
@@ -216,12 +183,12 @@ contains
     end do
     if (.not. way < huge(way)) return
     is_there = .true.
-    end = tip%place + way*direction
+    end = tip%end + way*direction
     nearest = to_vertex*tip%edge
     do k = 1, size(next)
-      if (norm2(vertex(:, k) - tip%place) <= to_vertex*tip%edge) cycle
-      if (norm2(vertex(:, k) - tip%place - way*direction) > nearest) cycle
-      nearest = norm2(vertex(:, k) - tip%place - way*direction)
+      if (norm2(vertex(:, k) - tip%end) <= to_vertex*tip%edge) cycle
+      if (norm2(vertex(:, k) - tip%end - way*direction) > nearest) cycle
+      nearest = norm2(vertex(:, k) - tip%end - way*direction)
       end = vertex(:, k)
     end do
   end subroutine find_end

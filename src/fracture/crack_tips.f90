@@ -8,7 +8,7 @@ module scree_crack_tips
   use scree_system, only: system_t
   implicit none
   private
-  public :: find_tips
+  public :: find_tips, number_tips
 
   real(dp), parameter :: same = 1e-9_dp !! of the size of the model: places that are nearer to each other are one
 
@@ -26,8 +26,9 @@ contains
 
   !> Finds the tips of a model: the ends of cracks that neither lie on the outline of a block nor meet another piece.
   !>
-  !> A triangle of the mesh in which a crack ends stays whole. So the crack of the model ends at the side where it enters the
-  !> triangle. This is its tip.
+  !> A triangle of the mesh in which the line of a crack ends stays whole. So the faces end at the side where the line enters the
+  !> triangle. This is the tip, as the field of stress knows it. A crack grows on from the end of its line, to a side. So only
+  !> drawn lines end inside triangles.
   !>
   !> Blocks that no mesh cuts have one strain each, so a crack in them has no tips.
   subroutine find_tips(blocks, system, vertex, cover, tips)
@@ -55,6 +56,7 @@ contains
           if (pieces%degree(node) > 1 .or. pieces%on_outline(node)) cycle
         end associate
         n = n + 1
+        tips(n)%number = n
         tips(n)%joint = blocks%crack_joint(i)
         tips(n)%element = block_at(finder, system%elements%shape, vertex, pieces%ends(:, k, i))
         tips(n)%block = system%elements%block(tips(n)%element)
@@ -70,6 +72,28 @@ contains
       end do
     end do
   end subroutine find_tips
+
+  !> Gives tips the numbers that they had before their cracks grew. Tips that have met an outline or a crack are not among them.
+  pure subroutine number_tips(before, piece, extent, tips)
+    type(crack_tip_t), intent(in) :: before(:)
+    real(dp), intent(in) :: piece(:, :)        !! (4, n) x1 y1 x2 y2 by which cracks have grown since, in their order, length
+    real(dp), intent(in) :: extent             !! size of the model, length
+    type(crack_tip_t), intent(inout) :: tips(:)
+    real(dp) :: end(2, size(before))
+    integer :: i, k
+
+    do i = 1, size(before)
+      end(:, i) = before(i)%end
+      do k = 1, size(piece, 2)
+        if (norm2(piece(:2, k) - end(:, i)) <= same*extent) end(:, i) = piece(3:, k)
+      end do
+    end do
+    do k = 1, size(tips)
+      do i = 1, size(before)
+        if (norm2(end(:, i) - tips(k)%end) <= same*extent) tips(k)%number = before(i)%number
+      end do
+    end do
+  end subroutine number_tips
 
   !> Which nodes are tips.
   pure function is_tip(pieces)
@@ -146,7 +170,8 @@ contains
     logical :: on_path(size(pieces%crack))
     integer :: j, n
 
-    tip%place = pieces%ends(:, k, i)
+    tip%end = pieces%ends(:, k, i)
+    tip%place = tip%end
     tip%direction = tip%place - pieces%ends(:, 3 - k, i)
     tip%direction = tip%direction/norm2(tip%direction)
     tip%crack = count([(pieces%crack(j) == j, j=1, pieces%crack(i))]) ! the first of its pieces stands for it

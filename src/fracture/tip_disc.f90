@@ -22,12 +22,13 @@ module scree_tip_disc
   use scree_regions, only: joint_between
   implicit none
   private
-  public :: fall, field_at, lay_discs, radius_of_disc, weight_at
+  public :: fall, field_at, is_measured, lay_discs, radius_of_disc, weight_at
 
   real(dp), parameter :: flat_share = 0.2_dp    !! of the radius, within which q is 1
   real(dp), parameter :: share_of_path = 0.3_dp !! of the crack from the tip to where it ends or branches, that a disc reaches
   real(dp), parameter :: fair_edges = 5.0_dp    !! sides of triangles that a disc spans where the crack is short
   real(dp), parameter :: least_edges = 2.5_dp   !! that it spans where faces are near
+  real(dp), parameter :: least_radius = 1.5_dp  !! sides of a triangle below which a disc tells no stress intensity
   real(dp), parameter :: clear = 0.9_dp         !! of the distance to faces, and to other tips
   real(dp), parameter :: inward = 1e-8_dp       !! of the radius, by which a place lies behind the face that it is on
   real(dp), parameter :: straight = 1e-9_dp     !! of the radius: a face that is nearer to the line of the tip lies on it
@@ -73,6 +74,13 @@ contains
     radius = max(least_edges*tip%edge, min(radius, clear*tip%to_face))
     if (tip%to_tip < radius/clear) radius = clear*tip%to_tip
   end function radius_of_disc
+
+  !> Whether the disc of a tip spans enough triangles for its stress intensity. The next tip may leave it too little room.
+  pure logical function is_measured(tip)
+    type(crack_tip_t), intent(in) :: tip
+
+    is_measured = .not. radius_of_disc(tip) < least_radius*tip%edge
+  end function is_measured
 
   !> Lays one disc: finds its elements and the weights of their fields.
   subroutine lay_disc(model, first, corner, gradient, radius, tip)

@@ -47,6 +47,7 @@ module scree_block_input
     integer, allocatable :: points_of_line(:)  !! (n_fixed_lines) fixed points that each fixed line made: the first of the points
     real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
     integer, allocatable :: crack_joint(:)     !! (n) their joint materials
+    integer :: n_grown = 0                     !! pieces by which they have grown
   end type blocks_t
 
 contains

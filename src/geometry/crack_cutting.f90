@@ -73,6 +73,7 @@ contains
       blocks%crack(:, :, i) = graph%position(:, graph%ends(:, crack(i)))
     end do
     blocks%crack_joint = material(graph%line(crack))
+    blocks%n_grown = blocks%n_grown + size(joint)
     call take_regions(shape, list, kept)
     blocks%shape = shape
     blocks%vertex = vertex(:, kept)

@@ -28,6 +28,8 @@ module scree_setting_rules
 
   !> Displacements of a block of small strain that are not its linear field.
   character(len=*), parameter :: cures = 'exact|adjusted|second_order|trigonometric|exponential'
+  !> What makes cracks grow.
+  character(len=*), parameter :: grows = 'cracks.strength, cracks.toughness'
   !> Integrators to compare with.
   character(len=*), parameter :: compared = 'generalized_alpha|bathe|central_difference'
 
@@ -196,22 +198,22 @@ module scree_setting_rules
     setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'dilation ends after a slip'), &
     setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is no dilation to end'), &
     setting_rule_t('cracks.length', '', 'cracks.strength', is_given, .true., 'there is no strength'), &
-    setting_rule_t('cracks.parts', '', 'cracks.strength', is_given, .true., 'no crack grows'), &
-    setting_rule_t('cracks.strength', '', 'method.model', '|nmm|', .false., 'a DDA block has one strain, and no stress at a tip'), &
-    setting_rule_t('cracks.strength', '', 'cover.edge or cover.mesh', is_given, .false., &
+    setting_rule_t('cracks.parts', '', 'cracks.strength or cracks.toughness', is_given, .true., 'no crack grows'), &
+    setting_rule_t(grows, '', 'method.model', '|nmm|', .false., 'a DDA block has one strain, and no stress at a tip'), &
+    setting_rule_t(grows, '', 'cover.edge or cover.mesh', is_given, .false., &
                    'cracks grow from side to side of its triangles'), &
-    setting_rule_t('cracks.strength', '', 'cover.order', '|0|', .false., 'cells have no contact'), &
-    setting_rule_t('cracks.strength', '', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
+    setting_rule_t(grows, '', 'cover.order', '|0|', .false., 'cells have no contact'), &
+    setting_rule_t(grows, '', 'integrator.scheme', '|newmark|energy_momentum|energy_decaying|', .false., &
                    'the other schemes keep more than a cut carries over'), &
-    setting_rule_t('cracks.strength', '', 'step.control', '|fixed|', .false., &
+    setting_rule_t(grows, '', 'step.control', '|fixed|', .false., &
                    'Shi''s rules are for comparison with his programs'), &
-    setting_rule_t('cracks.strength', '', 'step.accuracy', is_not_given, .false., 'the estimate of the error assumes one mesh'), &
-    setting_rule_t('cracks.strength', '', 'output.error', '|none|', .false., 'the estimate of the error assumes one mesh'), &
-    setting_rule_t('cracks.strength', '', 'absorbing.lines', is_not_given, .false., &
+    setting_rule_t(grows, '', 'step.accuracy', is_not_given, .false., 'the estimate of the error assumes one mesh'), &
+    setting_rule_t(grows, '', 'output.error', '|none|', .false., 'the estimate of the error assumes one mesh'), &
+    setting_rule_t(grows, '', 'absorbing.lines', is_not_given, .false., &
                    'static forces on cut edges are not handed on'), &
-    setting_rule_t('cracks.strength', '', 'absorbing.base', is_not_given, .false., &
+    setting_rule_t(grows, '', 'absorbing.base', is_not_given, .false., &
                    'static forces on cut edges are not handed on'), &
-    setting_rule_t('cracks.strength', '', 'step.sleep', is_not_given, .false., 'what sleeps would not crack'), &
+    setting_rule_t(grows, '', 'step.sleep', is_not_given, .false., 'what sleeps would not crack'), &
     setting_rule_t('cracks.strength', '', 'cracks.length', is_given, .false., 'the stress at a tip has no bound'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|strain_rotation|', .true., &
                    'small strain has no iteration to nest contacts in'), &

@@ -355,6 +355,9 @@ contains
     call row%reals(setting_t('cracks', 'strength', &
                              'mean tension before a tip at which it grows in each block material; 0: it does not', &
                              'force/length^2', 0.0_dp), s%crack_strength)
+    call row%reals(setting_t('cracks', 'toughness', &
+                             'fracture toughness K_Ic at which a tip grows in each block material; 0: it does not', &
+                             'force/length^(3/2)', 0.0_dp), s%crack_toughness)
     call row%real(setting_t('cracks', 'length', 'radius of the half disc over which that tension is averaged', 'length', &
                             0.0_dp, open=.true.), s%crack_length)
     call row%whole(setting_t('cracks', 'parts', 'blocks that may break off; the results have room for them', '1', 0.0_dp, 1e6_dp, &

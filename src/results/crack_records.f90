@@ -1,4 +1,7 @@
 !> Series of the tips of cracks, with a row each step: /history/cracks.
+!>
+!> Columns are the tips that the decks draw, as they grow. A tip that has met an outline or another crack has zeros. So has the
+!> stress intensity of a tip whose disc has too little room.
 module scree_crack_records
   use scree_crack_tip, only: crack_tip_t
   use scree_errors, only: error_t
@@ -7,6 +10,7 @@ module scree_crack_records
   use scree_results_file, only: declare_series, put_series, results_t
   use scree_state, only: state_t
   use scree_stress_intensity, only: place_of_tip, stress_intensity
+  use scree_tip_disc, only: is_measured
   implicit none
   private
   public :: crack_records_t, declare_cracks, put_cracks
@@ -14,6 +18,7 @@ module scree_crack_records
   !> Handles of the series; 0 where no stress intensity is asked for.
   type :: crack_records_t
     integer :: place = 0, opening = 0, shear = 0, length = 0
+    integer :: n = 0 !! tips
   end type crack_records_t
 
 contains
@@ -25,6 +30,7 @@ contains
     type(crack_records_t), intent(out) :: records
     type(error_t), allocatable, intent(inout) :: error
 
+    records%n = size(tips)
     call a_series('place', [2, size(tips)], 'length', 'place of each tip', records%place)
     call a_series('K_I', [size(tips)], 'force/length^2*length^(1/2)', 'stress intensity factor of mode I', records%opening)
     call a_series('K_II', [size(tips)], 'force/length^2*length^(1/2)', 'stress intensity factor of mode II', records%shear)
@@ -53,17 +59,21 @@ contains
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(error_t), allocatable, intent(inout) :: error
-    real(dp) :: K(2, size(model%tip)), place(2, size(model%tip))
+    real(dp), allocatable :: K(:, :), length(:), place(:, :)
     integer :: i
 
+    allocate (K(2, records%n), place(2, records%n), length(records%n), source=0.0_dp)
     do i = 1, size(model%tip)
-      place(:, i) = place_of_tip(model, state, model%tip(i)) + model%origin
-      K(:, i) = stress_intensity(model, cache, state, model%tip(i))
+      associate (tip => model%tip(i), number => model%tip(i)%number)
+        place(:, number) = place_of_tip(model, state, tip) + model%origin
+        length(number) = tip%length
+        if (is_measured(tip)) K(:, number) = stress_intensity(model, cache, state, tip)
+      end associate
     end do
     call put(records%place, [place])
     call put(records%opening, K(1, :))
     call put(records%shear, K(2, :))
-    call put(records%length, model%tip%length)
+    call put(records%length, length)
 
   contains
 

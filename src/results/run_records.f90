@@ -98,7 +98,7 @@ contains
     call declare_costs()
     if (kinds%error) call declare_errors()
     call declare_rest()
-    if (allocated(model%tip)) call declare_cracks(results, model%tip, records%cracks, error)
+    if (model%settings%measures_tips) call declare_cracks(results, model%tip, records%cracks, error)
     if (allocated(model%effects%contact)) call declare_open_close()
     call declare_bodies()
     if (allocated(model%effects%contact)) call declare_contacts()
@@ -383,7 +383,7 @@ contains
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%green, [real(count(state%green), dp)])
     call put_errors()
-    if (allocated(model%tip)) call put_cracks(results, records%cracks, model, cache, state, error)
+    if (model%settings%measures_tips) call put_cracks(results, records%cracks, model, cache, state, error)
     if (records%unbalanced > 0) then
       if (allocated(report%balance)) balance = report%balance
       call put(records%unbalanced, [balance%share])

@@ -1,4 +1,4 @@
-!> Tips of cracks whose stress intensity a scene asks for.
+!> Tips of cracks, where a scene asks for their stress intensity or lets them grow.
 module scree_measured_tips
   use scree_block_input, only: blocks_t
   use scree_crack_tip, only: crack_tip_t
@@ -9,17 +9,17 @@ module scree_measured_tips
   use scree_scene, only: line_t, scene_t
   use scree_setting_table, only: given_at
   use scree_text, only: number_text, place_text, short_text
-  use scree_tip_disc, only: lay_discs, radius_of_disc
+  use scree_tip_disc, only: is_measured, lay_discs
   implicit none
   private
   public :: measure_tips
 
   real(dp), parameter :: least_along = 4.0_dp  !! triangles along a crack, from its tip to where it ends or branches
-  real(dp), parameter :: least_radius = 1.5_dp !! of a disc, over the side of a triangle
 
 contains
 
-  !> Finds the tips of a model and lays their discs. Errors: no crack, one that the mesh does not resolve.
+  !> Finds the tips of a model, and lays their discs where stress intensity counts. Errors: no crack, one that the mesh does not
+  !> resolve. Cracks that have grown are not judged: a run goes on when one ends or comes near another.
   subroutine measure_tips(scene, blocks, model, cover, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -27,30 +27,47 @@ contains
     real(dp), intent(in) :: cover(:, :)          !! (2, n_covers) nodes of the covers at the start, length
     type(error_t), allocatable, intent(out) :: error
     type(crack_tip_t), allocatable :: tips(:)
+    character(len=:), allocatable :: asks
     real(dp) :: gradient(3, size(scene%block_material))
     integer :: i
 
     call find_tips(blocks, model, model%start, cover, tips)
-    if (size(tips) == 0) then
-      call fail(error, status_bad_input, given_at(scene%words, 'output.cracks')// &
-                ': expected a joint that ends inside a block with output.cracks, found none')
-      return
-    end if
-    do i = 1, size(tips)
-      call check_tip(scene, model, tips(i), error)
+    asks = ''
+    if (allocated(scene%settings%crack_toughness)) asks = 'cracks.toughness'
+    if (scene%settings%measures_tips) asks = 'output.cracks'
+    if (len(asks) > 0) then
+      if (blocks%n_grown == 0) call check_tips(scene, model, asks, tips, error)
       if (allocated(error)) return
-    end do
-    do i = 1, size(scene%block_material)
-      gradient(:, i) = scene%block_material(i)%stress_gradient
-    end do
-    call lay_discs(model, gradient, tips)
+      do i = 1, size(scene%block_material)
+        gradient(:, i) = scene%block_material(i)%stress_gradient
+      end do
+      call lay_discs(model, gradient, tips)
+    end if
     call move_alloc(tips, model%tip)
   end subroutine measure_tips
 
-  !> Error where the mesh is too coarse for a tip.
-  subroutine check_tip(scene, model, tip, error)
+  !> Error where there is no tip, or the mesh is too coarse for one.
+  subroutine check_tips(scene, model, asks, tips, error)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
+    character(len=*), intent(in) :: asks         !! setting that asks for stress intensity
+    type(crack_tip_t), intent(in) :: tips(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    if (size(tips) == 0) call fail(error, status_bad_input, given_at(scene%words, asks)// &
+                                   ': expected a joint that ends inside a block with '//asks//', found none')
+    do i = 1, size(tips)
+      call check_tip(scene, model, asks, tips(i), error)
+      if (allocated(error)) return
+    end do
+  end subroutine check_tips
+
+  !> Error where the mesh is too coarse for a tip.
+  subroutine check_tip(scene, model, asks, tip, error)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    character(len=*), intent(in) :: asks
     type(crack_tip_t), intent(in) :: tip
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: found
@@ -59,13 +76,13 @@ contains
     along = norm2(tip%path(:, size(tip%path, 2)) - tip%place)/tip%edge
     if (along < least_along) then
       found = short_text(along)//' along it'
-    else if (radius_of_disc(tip) < least_radius*tip%edge) then
+    else if (.not. is_measured(tip)) then
       found = short_text(tip%to_tip/tip%edge)//' from the next tip'
     else
       return
     end if
-    call fail(error, status_bad_input, source_of(scene, model, tip)//': expected triangles that resolve the crack with output.'// &
-              'cracks, at least '//number_text(nint(least_along))//' along it and 2 from tip to tip, found '//found// &
+    call fail(error, status_bad_input, source_of(scene, model, tip)//': expected triangles that resolve the crack with '//asks// &
+              ', at least '//number_text(nint(least_along))//' along it and 2 from tip to tip, found '//found// &
               ' at its tip at '//place_text(tip%place + model%origin, model%extent, digits=4)//' (edge '//short_text(tip%edge)//')')
   end subroutine check_tip
 

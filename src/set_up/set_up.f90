@@ -82,7 +82,8 @@ contains
     end if
     if (allocated(model%sampling)) call check_second_order(scene, model, error)
     if (allocated(error)) return
-    if (scene%settings%measures_tips) call measure_tips(scene, blocks, model, state%cover, error)
+    if (scene%settings%measures_tips .or. scene%settings%cracks_may_grow()) &
+      call measure_tips(scene, blocks, model, state%cover, error)
     if (allocated(error)) return
     call leave_out_fixed(model, state)
     call check_sleep(scene, model, error)

@@ -42,6 +42,8 @@ module scree_watch
     real(dp) :: least = 0.0_dp           !! energy above what there was and was given, at least so far: what was lost, below 0
     logical :: area_warned = .false., energy_warned = .false., impact_warned = .false.
     logical, allocatable :: soft(:)      !! (n_elements) warned of that Green strain lost its stiffness
+    integer, allocatable :: grown(:)     !! (n_tips) steps without a break so far in which each tip of a crack has grown
+    logical, allocatable :: narrow(:)    !! (n_tips) said that the stress intensity of the tip is not known
   end type watch_t
 
 contains

@@ -24,12 +24,14 @@ module scree_crack_tip
 
   !> A tip, in the configuration of the start and the coordinates of the model.
   type :: crack_tip_t
-    real(dp) :: place(2) = 0.0_dp         !! length
+    real(dp) :: place(2) = 0.0_dp         !! where the faces of the crack end, on a side of a triangle of the mesh, length
+    real(dp) :: end(2) = 0.0_dp           !! where the line of the crack ends: there, or in the triangle beyond, length
     real(dp) :: direction(2) = 0.0_dp     !! of the last piece of the crack, outward, of length 1
+    integer :: number = 0                 !! of the tip among those that the decks draw, from which it has grown
     integer :: crack = 0                  !! number of the crack: pieces that meet have the same
     integer :: joint = 0                  !! joint material of the last piece
     integer :: block = 0
-    integer :: element = 0                !! element that holds the tip
+    integer :: element = 0                !! element that holds the end of the line
     real(dp) :: length = 0.0_dp           !! of all pieces of the crack
     real(dp) :: edge = 0.0_dp             !! longest side of the triangle of the mesh at the tip
     real(dp) :: to_tip = 0.0_dp           !! distance to the nearest other tip of the block; huge: there is none

@@ -201,6 +201,7 @@ module scree_scene
     real(dp), allocatable :: dilation_slip(:) !! (n_joints) slip at which that ends, length
     real(dp), allocatable :: joint_ks(:)    !! (n_joints) likewise along; not there: that across over the shear ratio
     real(dp), allocatable :: crack_strength(:)  !! (n_materials) mean tension at which tips grow; 0: none, force/length^2
+    real(dp), allocatable :: crack_toughness(:) !! (n_materials) K_Ic at which tips grow; 0: none, force/length^(3/2)
     real(dp) :: crack_length = 0.0_dp       !! radius of the half disc of that mean, length
     integer :: crack_parts = 0              !! blocks that may break off, for which the results have room
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
@@ -388,7 +389,7 @@ contains
   pure logical function cracks_may_grow(settings)
     class(settings_t), intent(in) :: settings
 
-    cracks_may_grow = allocated(settings%crack_strength)
+    cracks_may_grow = allocated(settings%crack_strength) .or. allocated(settings%crack_toughness)
   end function cracks_may_grow
 
   !> The kind of a stage, as `stage.kind` has it.

@@ -13,6 +13,7 @@ COMPANY = {
     "contact.rules='shi'": ["method.preset=shi", "method.strain=green"],
     "contact.adapt='shi'": ["method.preset=shi", "method.strain=green", "integrator.scheme=newmark"],
     "cracks.strength": ["method.model=nmm", "cover.edge=0.5", "cracks.length=1"],
+    "cracks.toughness": ["method.model=nmm", "cover.edge=0.5"],
     "cover.order='1'": ["method.model=nmm", "cover.edge=0.5"],
     "cover.": ["method.model=nmm"],
     "integrator.gamma": ["method.strain=green"],
@@ -74,11 +75,11 @@ def breach(subject, condition):
             yield {}, given
 
 
-CASES = [(subject, condition, numbers, [*company, *(c for g in given[1:] for c in COMPANY_OF_BREACH.get(g, []) if subject in [*SMALL, "cracks.strength"]),
+CASES = [(subject, condition, numbers, [*company, *(c for g in given[1:] for c in COMPANY_OF_BREACH.get(g, []) if subject in SMALL or subject.startswith("cracks.")),
                                         *(g for g in given if g not in company)])
          for subject, condition, _ in ([c.strip("`") for c in rule] for rule in RULES)
          for numbers, given in breach(subject, condition)
-         for company in [[c for c in next((v for k, v in COMPANY.items() if subject.startswith(k)), [])
+         for company in [[c for c in next((v for k, v in COMPANY.items() if (subject if "'" in subject else given[0]).startswith(k)), [])
                           if c.split("=")[0] not in [condition[5:].split(" or ")[0], *(g.split("=")[0] for g in given)]]]]
 
 

@@ -28,6 +28,13 @@ def test_friction_on_planes():
     assert references.stop(2.0, 0.6, 20 * RADIAN) == pytest.approx((0.919197, 0.919197), abs=5e-7)
 
 
+def test_kinks_of_cracks():
+    """Pure shear turns a crack by acos(1/3) and counts 2/3^(1/2)-fold; an opened one goes straight on."""
+    assert references.kink_angle(0.0, 1.0) == pytest.approx((-70.528779, 2 / math.sqrt(3)))
+    assert references.kink_angle(2.0, 1.0)[0] == pytest.approx(-40.2078187)
+    assert references.kink_angle(2.0, 0.0) == (0.0, 2.0)
+
+
 def test_dilating_joints():
     """Without dilation nothing lifts; the work of the push is that of friction, the rise and the speed."""
     assert references.dilating_ride(8.0, 10.0, 30, 0, 0.2) == pytest.approx((0.5 * (8 - 10 * math.tan(30 * RADIAN)) * 0.04, 0))

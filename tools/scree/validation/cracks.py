@@ -1,0 +1,78 @@
+"""Cases of cracks: stress intensity, and growth by it."""
+import math
+
+import numpy as np
+
+from .cases import DECKS, Row, case
+from .references import CRACKS, kink_angle
+
+INTENSITY, GROWTH = DECKS / "k1-intensity", DECKS / "k2-growth"
+
+
+def node_at(tip, angle=0.0):
+    """Settings of a regular mesh that has a node at a tip, and a row of sides at an angle."""
+    return [f"cover.origin={tip[0]!r} {tip[1]!r}", f"cover.angle={angle!r}"]
+
+
+def intensity(r):
+    """K_I and the size of K_II of the tips at the end (tips, 2)."""
+    return np.stack([r.history.cracks.K_I[-1], np.abs(r.history.cracks.K_II[-1])], axis=1)
+
+
+def farthest(found, expected):
+    """Of the tips, the value that is farthest from what is expected."""
+    return found[np.argmax(np.abs(found - expected))]
+
+
+@case
+def k1(run):
+    """Stress intensity of cracks in plates and a disc."""
+    pulled, pressed = 1e3 * math.sqrt(math.pi * 0.5), 1e3 * math.sqrt(0.5 / math.pi)
+    steep = math.radians(80)
+    for name, words, deck, settings, scale in (
+            ("centre", "crack across", "plate", node_at((0.5, 0.0)), pulled),
+            ("inclined", "crack at 45 degrees", "plate", ["deck.geometry=inclined.geo"], pulled),
+            ("edge", "edge crack", "edge", ["cover.edge=0.0125", *node_at((0.5, 0.0))], pulled),
+            ("disc", "crack in a disc", "disc", node_at((0.5 * math.cos(steep), 0.5 * math.sin(steep)), 80.0), pressed)):
+        found = intensity(run(INTENSITY / f"{deck}.ana", name=f"k1-{name}", settings=settings)) / scale
+        for mode, expected in enumerate(CRACKS[name]):
+            if expected:
+                yield Row(f"K_{'I' * (mode + 1)}, {words}", expected, farthest(found[:, mode], expected), 0.03)
+    slip = 1e3 * 0.5 * (1 - math.tan(math.radians(20))) * math.sqrt(math.pi * 0.4)
+    found = intensity(run(INTENSITY / "closed.ana", name="k1-closed")) / slip
+    yield Row("K_II, closed crack", CRACKS["closed"][1], farthest(found[:, 1], CRACKS["closed"][1]), 0.03)
+    yield Row("K_I over K_II, closed crack", 0.0, farthest(found[:, 0], 0.0) / CRACKS["closed"][1], 0.02, 1.0)
+
+
+def first_kinks(r, tips, along):
+    """Angles of the first pieces that grow from drawn tips (n, 2) from the direction of the crack there (n, 2), degrees."""
+    place = r.history.cracks.place
+    moved = np.linalg.norm(place - place[0], axis=2).min(axis=1) > 1e-3
+    piece = place[np.argmax(moved)] - tips
+    cross = along[:, 0] * piece[:, 1] - along[:, 1] * piece[:, 0]
+    return np.degrees(np.arctan2(cross, (along * piece).sum(axis=1)))
+
+
+def both_ends(a, degrees):
+    """Tips of a crack 2a in the middle, and the directions in which it goes on there."""
+    along = np.array([[-1.0], [1.0]]) * [math.cos(math.radians(degrees)), math.sin(math.radians(degrees))]
+    return a * along, along
+
+
+@case
+def k2(run):
+    """Cracks that grow by stress intensity: direction and load."""
+    opened = 1e3 * math.sqrt(math.pi * 0.5) * np.array(CRACKS["tilted"])
+    expected, hoop = kink_angle(*opened)
+    found = first_kinks(run(GROWTH / "inclined.ana", name="k2-inclined"), *both_ends(0.5, 30))
+    yield Row("first kink of an inclined crack", expected, farthest(found, expected), 0.5, 1.0)
+    low, high = 0.9, 1.1  # shares of the reference: a toughness at which the crack grows, and one at which it does not
+    while high - low > 5e-3:
+        middle = (low + high) / 2
+        r = run(GROWTH / "inclined.ana", name="k2-threshold", settings=[f"cracks.toughness={middle * hoop!r}", "step.count=2"])
+        grows = r.history.cracks.length[-1, 0] > r.history.cracks.length[0, 0]
+        low, high = (middle, high) if grows else (low, middle)
+    yield Row("load at which it grows", 1.0, 2 / (low + high), 0.06)
+    found = first_kinks(run(GROWTH / "closed.ana", name="k2-closed"), *both_ends(0.4, 45))
+    expected = math.degrees(math.acos(1 / 3))
+    yield Row("first kink of a closed crack", expected, farthest(np.abs(found), expected), 0.5, 1.0)
