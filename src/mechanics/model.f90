@@ -72,6 +72,7 @@ module scree_model
     real(dp), allocatable :: start(:, :)       !! (2, n_vertices) where the vertices of the elements begin, length
     real(dp), allocatable :: start_point(:, :) !! (2, n_points) where the points do, length
     type(crack_tip_t), allocatable :: tip(:)   !! of cracks, where they may grow or the scene asks for their stress intensity
+    real(dp) :: pseudo_step = huge(1.0_dp)     !! by which inertia resists a static step that failed; huge: there is none, time
   end type model_t
 
   !> Data that follow from model and state, kept because they are expensive to compute; and problems that are to be written.

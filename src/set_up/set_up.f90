@@ -37,6 +37,9 @@ module scree_set_up
   real(dp), parameter :: lost_area = 1e-3_dp     !! of a block, by the rounding of coordinates about the middle of the model
   real(dp), parameter :: beside = 1e-4_dp        !! of the extent: a point so far outside still belongs to an element
   real(dp), parameter :: disc_edges = 2*(1 - 1e-9_dp) !! edges of the mesh in the half disc over which stress at a tip is averaged
+  !> Times that a wave crosses the model in the pseudo step of a static step that failed. So long is enough for the elastic bodies
+  !> to balance, and what bears no load moves by no more than forces let it in that time.
+  real(dp), parameter :: crossings = 10.0_dp
   real(dp), parameter :: any_jump = 1e30_dp      !! of sides: no limit, where the step is chosen by the travel, which has its own
 
 contains
@@ -86,10 +89,34 @@ contains
       call measure_tips(scene, blocks, model, state%cover, error)
     if (allocated(error)) return
     call leave_out_fixed(model, state)
+    if (model%effects%is_static() .and. .not. (model%settings%balance > 0 .or. model%settings%chooses_step)) &
+      model%pseudo_step = pseudo_step_of(scene, model)
     call check_sleep(scene, model, error)
     if (allocated(error) .or. .not. allocated(model%effects%contact)) return
     call begin_contacts(scene, blocks, model, state, error)
   end subroutine set_up
+
+  !> The pseudo step by which a static step that failed is tried again with the same loads. It is `crossings` times the time of a
+  !> compression wave through the model, in the slowest material that can move. It is huge where nothing that moves has mass.
+  !>
+  !> A static step begins at rest, so its size stands in M/(gamma dt^2) alone, beside the loads of its end. In a long step what has
+  !> broken loose has next to no stiffness, and moves far. Inertia of a shorter one holds it, and lets go of it step by step, while
+  !> loads go on as planned (pseudo-transient continuation: Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998).
+  pure real(dp) function pseudo_step_of(scene, model) result(pseudo)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    real(dp) :: slowness                    ! time/length
+    integer :: k
+
+    slowness = 0.0_dp
+    do k = 1, size(model%elements%free)
+      associate (m => model%elements%material(model%elements%free(k)))
+        slowness = max(slowness, sqrt(scene%block_material(m)%density/model%effects%elasticity(1, 1, m)))
+      end associate
+    end do
+    pseudo = huge(pseudo)
+    if (slowness > 0) pseudo = crossings*model%extent*slowness
+  end function pseudo_step_of
 
   !> Error if a deck lets blocks sleep and no block has weight, to which the criterion of sleep is relative.
   subroutine check_sleep(scene, model, error)

@@ -47,9 +47,6 @@ module scree_time_stepper
   !> And of one of a static run that chooses its steps: what bears the load is known to orders of magnitude alone.
   real(dp), parameter :: static_cut = 0.1_dp
 
-  !> Times that a wave crosses the model in the pseudo step of a static step that failed. So long is enough for the elastic bodies
-  !> to balance, and what bears no load moves by no more than forces let it in that time.
-  real(dp), parameter :: crossings = 10.0_dp
   !> Systems that are solved in a try of a static step before it is tried with a shorter pseudo step, which takes 30 or so.
   integer, parameter :: enough_solves = 100
 
@@ -98,7 +95,7 @@ contains
       if (try%outcome%settled) call make_impact(model, cache, state, try)
       if (try%outcome%left) return
       if (try%outcome%settled) exit tries
-      call mend(model, cache, state, try, error)
+      call mend(model, state, try, error)
       if (allocated(error)) return
       if (try%outcome%rejected > 0 .and. stop_signal() > 0) return
     end do tries
@@ -168,7 +165,7 @@ contains
     try%rule = step_rule_for(model%settings, state%step, state%time, state%pace%last, try%dt)
     if (try%pseudo < try%dt) try%rule%inertia_weight = try%rule%inertia_weight*(try%dt/try%pseudo)**2
     try%most_solves = huge(1)
-    if (shorter_pseudo_step(model, cache, state, try) < try%pseudo) try%most_solves = try%outcome%solves + enough_solves
+    if (model%pseudo_step < min(try%pseudo, try%dt)) try%most_solves = try%outcome%solves + enough_solves
     try%remedy = remedy_shorter
     try%shorter = merge(shorter_cut, cut, model%settings%chooses_step)
     if (allocated(state%settling)) try%shorter = static_cut
@@ -384,22 +381,19 @@ contains
   !> Makes the next try shorter, where that is what the rejected one asks for; of a static step first its pseudo step.
   !>
   !> Errors: the step falls below its least size.
-  subroutine mend(model, cache, state, try, error)
+  subroutine mend(model, state, try, error)
     type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try
     type(error_t), allocatable, intent(out) :: error
-    real(dp) :: pseudo
 
     if (try%remedy == remedy_wider) return ! nothing that the step did was wrong
     try%outcome%rejected = try%outcome%rejected + 1
     try%outcome%cut = try%outcome%trouble
     try%outcome%cuts(try%outcome%reason) = try%outcome%cuts(try%outcome%reason) + 1
     if (try%remedy == remedy_stiffer) return
-    pseudo = shorter_pseudo_step(model, cache, state, try)
-    if (pseudo < try%pseudo) then
-      try%pseudo = pseudo
+    if (try%most_solves < huge(1)) then
+      try%pseudo = model%pseudo_step
     else
       try%dt = try%shorter*try%dt
     end if
@@ -410,32 +404,6 @@ contains
       call fail(error, status_run_failed, words_of(try%outcome%trouble, model, 'the step size fell below step.least, '// &
                                                    rounded_text(model%settings%least_step)))
   end subroutine mend
-
-  !> The pseudo step by which a static step is tried again with the same loads: `crossings` times the time of a wave through the
-  !> model. It is huge where that is no shorter than the step, where bodies have no mass, and where Shi's rules choose the step.
-  !>
-  !> A static step begins at rest, so its size stands in M/(gamma dt^2) alone, beside the loads of its end. In a long step what has
-  !> broken loose has next to no stiffness, and moves far. Inertia of a shorter one holds it, and lets go of it step by step, while
-  !> loads go on as planned (pseudo-transient continuation: Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998).
-  pure real(dp) function shorter_pseudo_step(model, cache, state, try) result(pseudo)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    type(try_t), intent(in) :: try
-    real(dp) :: slowness                    ! of compression waves in the slowest element, time/length
-    integer :: k
-
-    pseudo = huge(1.0_dp)
-    if (.not. model%effects%is_static() .or. allocated(state%settling) .or. model%settings%chooses_step) return
-    slowness = 0.0_dp
-    do k = 1, size(model%elements%free)
-      associate (own => cache%element(model%elements%free(k)))
-        slowness = max(slowness, sqrt(own%mass/(own%kinematics%area*own%elasticity(1, 1))))
-      end associate
-    end do
-    if (slowness > 0) pseudo = crossings*model%extent*slowness
-    if (pseudo >= try%dt) pseudo = huge(1.0_dp)
-  end function shorter_pseudo_step
 
   !> Moves the state to the end of the step, and books its energy.
   subroutine accept(model, try, work, cache, state)
