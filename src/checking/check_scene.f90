@@ -9,6 +9,7 @@ module scree_check_scene
   use scree_model, only: model_t
   use scree_model_facts, only: block_fact_t, facts_of, facts_t, list_text, n_sides, side_name
   use scree_model_warnings, only: warnings_of
+  use scree_named_units, only: with_units
   use scree_progress, only: progress_t, warn
   use scree_scene, only: effect_t, order_text, scene_of_stage, scene_t
   use scree_set_up, only: set_up
@@ -170,7 +171,7 @@ contains
     subroutine add(label, fact)
       character(len=*), intent(in) :: label, fact
 
-      line = [line, text_t(label//repeat(' ', max(1, label_width - len(label)))//fact)]
+      line = [line, text_t(label//repeat(' ', max(1, label_width - len(label)))//with_units(scene%settings, fact))]
     end subroutine add
 
   end function lines_of

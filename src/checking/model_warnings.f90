@@ -4,6 +4,7 @@ module scree_model_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_stiffness, doubt_of_weight
   use scree_model_facts, only: facts_t, hold_t, list_text, n_sides, side_name
+  use scree_named_units, only: doubt_of_gravity
   use scree_scene, only: contact_none, model_dda, scene_t, scheme_bathe, scheme_central_difference, scheme_generalized_alpha, &
                          scheme_newmark, strain_small
   use scree_scene_warnings, only: warnings_of_scene
@@ -37,6 +38,7 @@ contains
         where = 'block material '//number_text(facts%block_material(i))//': '
         call add_doubt(where, doubt_of_stiffness(rock))
         call add_doubt(where, doubt_of_weight(rock))
+        call add_doubt(where, doubt_of_gravity(scene%settings, rock))
         if (any(abs(rock%velocity) > 0) .and. scene%is_static()) &
           call add(where//'expected no velocity in a static run, which begins at rest, found '// &
                    short_text(rock%velocity(1))//' '//short_text(rock%velocity(2))//' '//short_text(rock%velocity(3)))

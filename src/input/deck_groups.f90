@@ -66,7 +66,7 @@ contains
     character(len=12) :: group
 
     group = name(:index(name, '.') - 1)
-    holds_for_the_run = any(group == [character(len=12) :: 'deck', 'method', 'cover', 'blocks', 'fixed_points', &
+    holds_for_the_run = any(group == [character(len=12) :: 'deck', 'units', 'method', 'cover', 'blocks', 'fixed_points', &
                                                          'in_situ', 'excavation']) .or. &
                         any(name == [character(len=17) :: 'contact.method', 'contact.rules', 'contact.adapt', 'contact.initial', &
                                      'bolts.limit', 'output.checkpoint', 'output.cracks'])

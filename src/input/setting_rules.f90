@@ -34,6 +34,9 @@ module scree_setting_rules
   character(len=*), parameter :: compared = 'generalized_alpha|bathe|central_difference'
 
   type(setting_rule_t), parameter :: setting_rules(*) = [ &
+    setting_rule_t('units.length', '', 'units.force', is_given, .false., 'a stress needs the names of both'), &
+    setting_rule_t('units.force', '', 'units.length', is_given, .false., 'a stress needs the names of both'), &
+    setting_rule_t('units.time', '', 'units.length', is_given, .false., 'a speed needs the names of both'), &
     setting_rule_t('method.rotation', cures, 'method.strain', '|small|', .true., &
                    'with Green strain the whole linear field moves a block'), &
     setting_rule_t('method.accuracy', '', 'method.strain', '|auto|', .true., 'the other strain measures choose nothing'), &

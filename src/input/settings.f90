@@ -35,6 +35,7 @@ contains
     type(scene_t), intent(inout) :: scene
 
     call visit_deck(row, scene%settings)
+    call visit_units(row, scene%settings)
     call visit_stage(row, scene%settings)
     call visit_method(row, scene%settings)
     call visit_cover(row, scene%settings)
@@ -66,6 +67,16 @@ contains
                               'whether a line of &support, &boundary or &absorbing may lack edges '// &
                               'along a tenth or more of its length', choices='|refuse|allow|'), s%allows_gaps, .false.)
   end subroutine visit_deck
+
+  !> Names of the units that the numbers are in. No number is converted.
+  subroutine visit_units(row, s)
+    type(setting_rows_t), intent(inout) :: row
+    type(settings_t), intent(inout) :: s
+
+    call row%text(setting_t('units', 'length', 'name of the unit of length, such as m', default='none'), s%unit_of_length)
+    call row%text(setting_t('units', 'force', 'name of the unit of force, such as N', default='none'), s%unit_of_force)
+    call row%text(setting_t('units', 'time', 'name of the unit of time, such as s', default='none'), s%unit_of_time)
+  end subroutine visit_units
 
   !> A stage of a run, which its group begins.
   subroutine visit_stage(row, s)

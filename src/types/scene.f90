@@ -126,6 +126,7 @@ module scree_scene
   type :: settings_t
     character(len=:), allocatable :: geometry !! file of the geometry
     integer :: dialect = dialect_auto
+    character(len=:), allocatable :: unit_of_length, unit_of_force, unit_of_time !! names; not allocated: none is given
     logical :: allows_gaps = .false.        !! edges may be missing along lines that hold, load or absorb
     logical :: shi = .false.                !! preset='shi'
     integer :: model = model_dda

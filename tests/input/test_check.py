@@ -64,6 +64,34 @@ def test_rock_under_gravity_calls_for_no_warning_in_any_units(units, tmp_path):
     assert first_number(facts["strain under own weight"]) == pytest.approx(3 * 24525 / 1e10, rel=2e-3)
 
 
+@pytest.mark.parametrize("units, names", [("m, kg, N", "m N s"), ("m, t, kN", "m kN s"), ("mm, t, N", "mm N s"), ("in, lbf", "in lbf s"),
+                                          ("m, kg, N", "rod N s")])
+def test_named_units_stand_in_place_of_dimensions(units, names, tmp_path):
+    """Names are printed, numbers stay; the gravity of the earth in these units calls for no warning, nor does an unknown name."""
+    length, *rock = UNITS[units]
+    deck(tmp_path, length=length, rock=rock)
+    before, _ = check(tmp_path)
+    of_length, of_force, of_time = names.split()
+    facts, warnings = check(tmp_path, *named(names))
+    assert warnings == [] and facts["gravity of material 1"].split()[1] == f"{of_length}/{of_time}^2"
+    assert facts["shortest edge"] == before["shortest edge"].replace("length", of_length)
+    assert facts["stiffness of contact"].startswith(before["stiffness of contact"].split()[0] + f" {of_force}/{of_length}")
+    assert facts["strain under own weight"].endswith(f" {of_length}, {before['strain under own weight'].split()[-2]} {of_force}/{of_length}^2")
+    assert not any(re.search(r"\b(length|force|time)\b", fact) for fact in facts.values())
+
+
+def named(names):
+    """The words of the command line that name units of length, force and time."""
+    return [word for name, unit in zip(("length", "force", "time"), names.split()) for word in ("--set", f"units.{name}={unit}")]
+
+
+@pytest.mark.parametrize("names, expected", [("mm N s", "9810 mm/s^2"), ("m N ms", "9.81e-6 m/ms^2"), ("ft lbf s", "32.19 ft/s^2")])
+def test_gravity_in_other_units_than_named_is_warned_of(names, expected, tmp_path):
+    deck(tmp_path)
+    _, warnings = check(tmp_path, *named(names))
+    assert warnings == [f"block material 1: expected unit weight over density to be the gravity of the earth in &units, {expected}, found 9.81"]
+
+
 @pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize("mistake, words", [
     (lambda d, w, E: (d, w / 1000, E), ["unit weight over density", "factor of 1000"]),

@@ -7,7 +7,7 @@ import pytest
 import scree
 from scree import drawing, overlays
 from scree.errors import PlotError
-from scree.units import Units
+from scree.units import Units, units_of_deck
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 
@@ -73,3 +73,14 @@ def test_numbers_along_axes_are_whole(tmp_path):
         axes = [axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis)]
         assert not any("+" in axis.get_offset_text().get_text() for axis in axes)
     assert all(float(label.get_text()) == pytest.approx(36, rel=1e-4) for label in axes[1].get_ticklabels())
+
+
+@pytest.mark.parametrize("names, words", [("m kN s", "m,kPa,s"), ("mm N s", "mm,MPa,s"), ("rod N s", None), ("", None)])
+def test_units_of_a_deck_are_those_of_pictures(names, words, tmp_path):
+    """A picture and a report of a run whose deck names its units print them; names that make no stress are left out."""
+    given = [f"units.{name}={unit}" for name, unit in zip(("length", "force", "time"), names.split())]
+    r = scree.run(SOURCE / "input/paper/rockfall/rockfall.ana", output=tmp_path / "r.h5",
+                  settings=["step.end_time=0.02", "output.interval=0.01", *given])
+    assert units_of_deck(r) == words
+    page = scree.report(r, tmp_path / "r.html").read_text()
+    assert ("kJ/m" in page) == (words == "m,kPa,s")

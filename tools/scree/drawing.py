@@ -40,7 +40,7 @@ from .polygons import loops_of
 from .program import cut
 from .results import read
 from .rose import draw_rose
-from .units import Units, add_units
+from .units import Units, add_units, units_of_deck
 
 FIELDS = ("material", "block", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
@@ -691,6 +691,8 @@ def main():
     given = parser.parse_args()
     output = given.output or beside(given.files[0], ".png")
     check_picture(output)
+    if given.units is None and kind_of(given.files[0]) == "results":
+        given.units = units_of_deck(read(given.files[0]))
     extras, look = extras_of(given), look_of(given)
     with tempfile.TemporaryDirectory() as folder:
         if given.history:

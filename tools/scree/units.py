@@ -12,6 +12,16 @@ FORCES = {("m", "Pa"): ("N", "J/m"), ("m", "kPa"): ("kN", "kJ/m"), ("m", "MPa"):
           ("mm", "MPa"): ("N", "mJ/mm"), ("mm", "GPa"): ("kN", "J/mm")}
 ENERGY = "force*length/length"
 NO_STRESSES = {"m", "mm", "cm", "km", "s", "ms"}  # names that are those of a length or a time
+STRESSES = {(length, force): stress for (length, stress), (force, _) in FORCES.items()}
+
+
+def units_of_deck(results):
+    """The words of `--units` for the units that the deck of results names in &units; None where it names none, or others than known."""
+    named = dict(line.split("  (")[0].split(" = ", 1) for line in results["scene/settings"] if line.startswith("units."))
+    stress = STRESSES.get((named.get("units.length"), named.get("units.force")))
+    if stress is None:
+        return None
+    return ",".join([named["units.length"], stress, *([named["units.time"]] if named["units.time"] != "none" else [])])
 
 
 class Units:
@@ -82,7 +92,7 @@ class Units:
 def add_units(parser):
     """What units the numbers of pictures and pages are in."""
     parser.add_argument("--units", metavar="LENGTH,STRESS[,TIME]",
-                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6")
+                        help="names; NAME=FACTOR is so many of the unit of the decks, as in m,MPa=1e6; default: the names of &units")
 
 
 def number(value):

@@ -16,6 +16,7 @@ from .model import Model
 from .model.words import Points, places
 from .program import StrPath, as_word, made_folder
 from .results import Results, read
+from .units import units_of_deck
 
 if typing.TYPE_CHECKING:
     import matplotlib.axes
@@ -38,10 +39,11 @@ def in_words_of_python() -> Iterator[None]:
 
 def units_of(what: Results | Scene) -> str | None:
     """Names of units for pictures, by the units that a model or the decks of a run say; None where they say none."""
+    named = None
     if isinstance(what, Results):
         from .model.views import model_of
-        what = model_of(what)
-    return what.units.for_pictures if isinstance(what, Model) and what.units else None
+        named, what = units_of_deck(what), model_of(what)
+    return named or (what.units.for_pictures if isinstance(what, Model) and what.units else None)
 
 
 def given_look(field: str | None = None, joints: str | None = None, vectors: str | None = None, crosses: bool = False,

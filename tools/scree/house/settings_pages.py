@@ -13,6 +13,7 @@ LEAST_NAMES = 3  # settings of a group that share a rule, from which on the page
 
 GROUPS = {
     "deck": "What belongs to the deck as a whole.",
+    "units": "Names of the units that the numbers of a deck are in, for what prints them ([units](../howto/units.md)).",
     "stage": "Each `&stage` begins a part of the deck ([stages](../howto/stages.md)).",
     "method": "What is solved: blocks or a mesh, small or Green strain ([accuracy](../accuracy.md)).",
     "cover": "The mathematical mesh of the Numerical Manifold Method ([meshes](../howto/meshes.md)).",

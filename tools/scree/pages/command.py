@@ -14,7 +14,7 @@ import pathlib
 from ..arguments import beside, check_ending, ends_in_a_line, parser_for
 from ..errors import PlotError
 from ..drawing import Frames, kind_of
-from ..units import Units, add_units
+from ..units import Units, add_units, units_of_deck
 from .page import page_of
 
 
@@ -23,7 +23,8 @@ def write_page(path, output, units=None, title=None, project="", note=""):
     check_ending(output, "a page", (".html", ".htm"))
     if kind_of(path) != "results":
         raise PlotError(f"{path}: expected a results file, found another")
-    text = page_of(Frames(path, pathlib.Path(path).stem), Units(units), title, project, note)
+    frames = Frames(path, pathlib.Path(path).stem)
+    text = page_of(frames, Units(units or units_of_deck(frames.file)), title, project, note)
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as problem:
