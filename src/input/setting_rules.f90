@@ -33,7 +33,8 @@ module scree_setting_rules
   !> Integrators to compare with.
   character(len=*), parameter :: compared = 'generalized_alpha|bathe|central_difference'
 
-  type(setting_rule_t), parameter :: setting_rules(*) = [ &
+  ! A statement has at most 255 continuations in Fortran 2008.
+  type(setting_rule_t), parameter :: rules_before_contact(*) = [ &
     setting_rule_t('units.length', '', 'units.force', is_given, .false., 'a stress needs the names of both'), &
     setting_rule_t('units.force', '', 'units.length', is_given, .false., 'a stress needs the names of both'), &
     setting_rule_t('units.time', '', 'units.length', is_given, .false., 'a speed needs the names of both'), &
@@ -157,7 +158,8 @@ module scree_setting_rules
                    'bolts.shear_strength', '', 'bolts.ends', is_given, .true., &
                    'bolts of the geometry deck have their own numbers'), &
     setting_rule_t('iteration.relaxation, iteration.anderson', '', 'iteration.method', '|secant|hybrid|', .true., &
-                   'corrections by the tangent are taken whole'), &
+                   'corrections by the tangent are taken whole')]
+  type(setting_rule_t), parameter :: rules_from_contact(*) = [ &
     setting_rule_t('contact.shear_ratio, contact.restitution, contact.viscosity, contact.rules, '// &
                    'contact.initial, contact.adapt, contact.coupling', '', &
                    'contact.method', '|penalty|augmented|', .true., 'without contact it has no effect'), &
@@ -291,6 +293,7 @@ module scree_setting_rules
     setting_rule_t('output.cracks', 'tips', 'cover.edge or cover.mesh', is_given, .true., &
                    'a crack has no tips in a block of one strain'), &
     setting_rule_t('output.interval', '', 'output.every', is_not_given, .true., 'frames are counted by time or by steps')]
+  type(setting_rule_t), parameter :: setting_rules(*) = [rules_before_contact, rules_from_contact]
 
 contains
 
