@@ -17,8 +17,7 @@ module scree_growth
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
   use scree_state, only: cracks_t, state_t, time_of_run
-  use scree_text, only: number_text, place_text, rounded_text, short_text
-  use scree_tip_disc, only: is_measured
+  use scree_text, only: number_text, place_text, rounded_text
   use scree_watch, only: watch_t
   implicit none
   private
@@ -93,7 +92,7 @@ contains
     end do
   end subroutine cut_by_cracks
 
-  !> Says which tips go on growing in a static run, and which have too little room for a disc. Each is said once.
+  !> Says which tips go on growing in a static run. Each is said once.
   subroutine tell_tips(model, grows, watch, progress)
     type(model_t), intent(in) :: model
     integer, intent(in) :: grows(:)              !! tips of the model that grow
@@ -102,19 +101,12 @@ contains
     integer :: i
 
     if (size(model%tip) == 0) return
-    if (.not. allocated(watch%grown)) then
-      allocate (watch%grown(maxval(model%tip%number)), source=0)
-      allocate (watch%narrow(size(watch%grown)), source=.false.)
-    end if
+    if (.not. allocated(watch%grown)) allocate (watch%grown(maxval(model%tip%number)), source=0)
     do i = 1, size(model%tip)
-      associate (tip => model%tip(i), grown => watch%grown(model%tip(i)%number), narrow => watch%narrow(model%tip(i)%number))
+      associate (grown => watch%grown(model%tip(i)%number))
         grown = merge(grown + 1, 0, any(grows == i))
         if (grown == steps_of_run .and. model%effects%is_static()) &
           call tell(progress, name_of(i)//' runs: it has grown in each of '//number_text(steps_of_run)//' steps')
-        if (narrow .or. is_measured(tip) .or. .not. allocated(model%settings%crack_toughness)) cycle
-        narrow = .true.
-        call tell(progress, name_of(i)//' does not grow by its toughness: the next tip is '//short_text(tip%to_tip/tip%edge)// &
-                  ' triangles away, which leaves no room for its stress intensity')
       end associate
     end do
 

@@ -26,6 +26,10 @@ module scree_crack_growth
   !> Likewise: how far before the tip it is looked which element comes next, and length of a piece that is none.
   real(dp), parameter :: ahead = 1e-6_dp
   real(dp), parameter :: same = 1e-9_dp !! of the extent: places that are nearer to each other are one
+  !> Mean over the half disc of radius r before a tip of the tension across the crack, in the singular field of mode I (Williams,
+  !> 1957): this part of K/r^(1/2).
+  real(dp), parameter :: tension_of_intensity = 10.4_dp/(3*pi*sqrt(pi))
+  real(dp), parameter :: near_edges = 2.0_dp !! sides of a triangle in the radius of that half disc, where the next tip is near
   integer, parameter :: n_rings = 12, n_rays = 24 !! of the points over which stress is averaged
 
   !> Pieces by which cracks are to grow.
@@ -52,8 +56,7 @@ contains
     do i = 1, size(model%tip)
       associate (tip => model%tip(i), s => model%settings)
         breaks = .false.
-        if (allocated(s%crack_toughness)) &
-          call judge_intensity(model, cache, state, tip, s%crack_toughness(model%elements%material(tip%element)), breaks, direction)
+        if (allocated(s%crack_toughness)) call judge(s%crack_toughness(model%elements%material(tip%element)), tip)
         if (allocated(s%crack_strength) .and. .not. breaks) &
           call judge_tension(mean_stress_before(tip, s%crack_length, finder, model, state), &
                              s%crack_strength(model%elements%material(tip%element)), tip%direction, breaks, direction)
@@ -64,11 +67,29 @@ contains
     end do
     growth%tip = pack([(i, i=1, size(model%tip))], grows)
     growth%piece = piece(:, growth%tip)
+
+  contains
+
+    !> Whether a tip breaks rock of a toughness. Where the next tip leaves no room for the disc of the stress intensity, the mean
+    !> tension before the tip is compared with the one that the toughness has there.
+    subroutine judge(toughness, tip)
+      real(dp), intent(in) :: toughness    !! K_Ic, force/length^(3/2)
+      type(crack_tip_t), intent(in) :: tip
+      real(dp) :: radius
+
+      if (is_measured(tip)) then
+        call judge_intensity(model, cache, state, tip, toughness, breaks, direction)
+      else
+        radius = near_edges*tip%edge
+        call judge_tension(mean_stress_before(tip, radius, finder, model, state), tension_of_intensity*toughness/sqrt(radius), &
+                           tip%direction, breaks, direction)
+      end if
+    end subroutine judge
+
   end subroutine find_growth
 
   !> Whether the stress intensity of a tip breaks the rock, and in which direction: that of the largest circumferential stress.
-  !>
-  !> A disc that another tip leaves too little room for tells nothing. A material without toughness does not break.
+  !> A material without toughness does not break.
   pure subroutine judge_intensity(model, cache, state, tip, toughness, breaks, direction)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -80,7 +101,7 @@ contains
     real(dp) :: angle, K(2)
 
     direction = tip%direction
-    breaks = toughness > 0 .and. is_measured(tip)
+    breaks = toughness > 0
     if (.not. breaks) return
     K = stress_intensity(model, cache, state, tip)
     angle = growth_angle(K)

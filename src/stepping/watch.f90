@@ -43,7 +43,6 @@ module scree_watch
     logical :: area_warned = .false., energy_warned = .false., impact_warned = .false.
     logical, allocatable :: soft(:)      !! (n_elements) warned of that Green strain lost its stiffness
     integer, allocatable :: grown(:)     !! (n_tips) steps without a break so far in which each tip of a crack has grown
-    logical, allocatable :: narrow(:)    !! (n_tips) said that the stress intensity of the tip is not known
   end type watch_t
 
 contains

@@ -5,8 +5,8 @@
                           [-o FOLDER]
 
 tan phi, cohesion and tensile strength of the joint materials, all of them or those of --joints, are divided by a factor F. So is the
-tangent of their dilation angle, and without --joints the strength at which cracks grow through blocks (cracks.strength). The scene
-then runs as a static one, from its start. It stands if the force out of balance on each body falls below a fraction of its weight and
+tangent of their dilation angle, and without --joints the strength and the toughness at which cracks grow (cracks.strength, cracks.toughness). The
+scene then runs as a static one, from its start. It stands if the force out of balance on each body falls below a fraction of its weight and
 loads (--balance). It falls if a block moves on and on, or if the run fails. If its steps run out first, the run is undecided, and the
 search ends without a factor: give the deck more steps (n5).
 
@@ -59,7 +59,7 @@ LOADED = {"seismic": ("acceleration of the ground", "acceleration.table", "accel
 STRENGTH = ("phi", "cohesion", "tensile_strength")  # of the row of a joint material
 LATER_STRENGTH = ("residual_phi", "residual_c", "dilation")  # that only &joints gives
 ANGLES = ("phi", "residual_phi", "dilation")
-OF_BLOCKS, ROUGH = "cracks.strength", "joints.jrc"
+OF_BLOCKS, ROUGH = ("cracks.strength", "cracks.toughness"), "joints.jrc"
 ALL = "all"
 TINY = 1e-6  # of the step size: a step in which nothing moves
 OF_ITS_STAGE = ("acceleration.", "step.")  # settings that a later stage does not take over
@@ -179,8 +179,9 @@ class Reduction:
                     yield f"{prefix}joints.{name}={' '.join(map(repr, weaker))}"
                 elif weaker:
                     yield from (f"joint({joint}).{name}={weaker[joint - 1]!r}" for joint in self.joints)
-            if self.reduces_blocks and not self.load and (of_blocks := numbers(stage, OF_BLOCKS)):
-                yield f"{prefix}{OF_BLOCKS}={' '.join(repr(value / factor) for value in of_blocks)}"
+            for name in OF_BLOCKS if self.reduces_blocks and not self.load else ():
+                if of_blocks := numbers(stage, name):
+                    yield f"{prefix}{name}={' '.join(repr(value / factor) for value in of_blocks)}"
 
     def taken_away(self, factor: float) -> set[int]:
         """Blocks that fell with this factor or a smaller one, and do not count; and those of mechanisms found before."""
