@@ -169,6 +169,7 @@ contains
     call archive%part('watch%energy_warned', watch%energy_warned)
     call archive%part('watch%impact_warned', watch%impact_warned)
     call archive%array('watch%soft', watch%soft)
+    call archive%array('watch%grown', watch%grown)
   end subroutine visit_run
 
   !> The matrices whose factors are kept, one after the other: how many unknowns and entries each has, then these of all.
