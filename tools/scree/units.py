@@ -3,6 +3,7 @@ import math
 import re
 
 from .errors import PlotError
+from .in_force import settings_of_lines
 
 BASES = {"force": (1, 2, 0), "mass": (1, 1, 2), "length": (0, 1, 0), "time": (0, 0, 1)}  # powers of stress, length and time
 
@@ -17,11 +18,11 @@ STRESSES = {(length, force): stress for (length, stress), (force, _) in FORCES.i
 
 def units_of_deck(results):
     """The words of `--units` for the units that the deck of results names in &units; None where it names none, or others than known."""
-    named = dict(line.split("  (")[0].split(" = ", 1) for line in results["scene/settings"] if line.startswith("units."))
-    stress = STRESSES.get((named.get("units.length"), named.get("units.force")))
-    if stress is None:
+    named = settings_of_lines(map(str, results.scene.settings))
+    length, force, time = (named.get(f"units.{base}", "none") for base in ("length", "force", "time"))
+    if (length, force) not in STRESSES:
         return None
-    return ",".join([named["units.length"], stress, *([named["units.time"]] if named["units.time"] != "none" else [])])
+    return ",".join([length, STRESSES[length, force], *([time] if time != "none" else [])])
 
 
 class Units:
