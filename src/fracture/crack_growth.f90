@@ -56,10 +56,9 @@ contains
     do i = 1, size(model%tip)
       associate (tip => model%tip(i), s => model%settings)
         breaks = .false.
-        if (allocated(s%crack_toughness)) call judge(s%crack_toughness(model%elements%material(tip%element)), tip)
+        if (allocated(s%crack_toughness)) call judge_toughness(s%crack_toughness(model%elements%material(tip%element)), tip)
         if (allocated(s%crack_strength) .and. .not. breaks) &
-          call judge_tension(mean_stress_before(tip, s%crack_length, finder, model, state), &
-                             s%crack_strength(model%elements%material(tip%element)), tip%direction, breaks, direction)
+          call judge_strength(s%crack_strength(model%elements%material(tip%element)), s%crack_length, tip)
         if (.not. breaks) cycle
         call find_end(tip, direction, finder, model, end, grows(i))
         piece(:, i) = [tip%end, end]
@@ -70,43 +69,45 @@ contains
 
   contains
 
-    !> Whether a tip breaks rock of a toughness. Where the next tip leaves no room for the disc of the stress intensity, the mean
-    !> tension before the tip is compared with the one that the toughness has there.
-    subroutine judge(toughness, tip)
+    !> Whether a tip breaks rock of a toughness; 0: it does not. Where the next tip leaves no room for the disc of the stress
+    !> intensity, the mean tension before the tip is compared with the one that the toughness has there.
+    subroutine judge_toughness(toughness, tip)
       real(dp), intent(in) :: toughness    !! K_Ic, force/length^(3/2)
       type(crack_tip_t), intent(in) :: tip
       real(dp) :: radius
 
-      if (is_measured(tip)) then
-        call judge_intensity(model, cache, state, tip, toughness, breaks, direction)
-      else
-        radius = near_edges*tip%edge
-        call judge_tension(mean_stress_before(tip, radius, finder, model, state), tension_of_intensity*toughness/sqrt(radius), &
-                           tip%direction, breaks, direction)
+      radius = near_edges*tip%edge
+      if (.not. is_measured(tip)) then
+        call judge_strength(tension_of_intensity*toughness/sqrt(radius), radius, tip)
+      else if (toughness > 0) then
+        call judge_intensity(stress_intensity(model, cache, state, tip), toughness, tip%direction, breaks, direction)
       end if
-    end subroutine judge
+    end subroutine judge_toughness
+
+    !> Whether the mean tension over a half disc before a tip breaks rock of a strength; 0: it does not.
+    subroutine judge_strength(strength, radius, tip)
+      real(dp), intent(in) :: strength     !! force/length^2
+      real(dp), intent(in) :: radius       !! length
+      type(crack_tip_t), intent(in) :: tip
+
+      if (strength > 0) call judge_tension(mean_stress_before(tip, radius, finder, model, state), strength, tip%direction, breaks, &
+                                           direction)
+    end subroutine judge_strength
 
   end subroutine find_growth
 
   !> Whether the stress intensity of a tip breaks the rock, and in which direction: that of the largest circumferential stress.
-  !> A material without toughness does not break.
-  pure subroutine judge_intensity(model, cache, state, tip, toughness, breaks, direction)
-    type(model_t), intent(in) :: model
-    type(cache_t), intent(in) :: cache
-    type(state_t), intent(in) :: state
-    type(crack_tip_t), intent(in) :: tip
+  pure subroutine judge_intensity(K, toughness, onwards, breaks, direction)
+    real(dp), intent(in) :: K(2)           !! of modes I and II, force/length^(3/2)
     real(dp), intent(in) :: toughness      !! K_Ic, force/length^(3/2)
+    real(dp), intent(in) :: onwards(2)     !! direction of the crack
     logical, intent(out) :: breaks
     real(dp), intent(out) :: direction(2)  !! of length 1
-    real(dp) :: angle, K(2)
+    real(dp) :: angle
 
-    direction = tip%direction
-    breaks = toughness > 0
-    if (.not. breaks) return
-    K = stress_intensity(model, cache, state, tip)
     angle = growth_angle(K)
     breaks = hoop_intensity(K, angle) >= toughness
-    direction = cos(angle)*tip%direction + sin(angle)*[-tip%direction(2), tip%direction(1)]
+    direction = cos(angle)*onwards + sin(angle)*[-onwards(2), onwards(1)]
   end subroutine judge_intensity
 
   !> Mean stress over the half disc before a tip, in the axes of the start: xx, yy, xy, force/length^2. What of the disc is not in
@@ -159,13 +160,13 @@ contains
   !> Whether tension breaks the rock before a tip, and in which direction: across the largest principal stress, onwards.
   pure subroutine judge_tension(stress, strength, onwards, breaks, direction)
     real(dp), intent(in) :: stress(3)      !! xx, yy, xy, force/length^2
-    real(dp), intent(in) :: strength       !! force/length^2; 0: the rock does not break
+    real(dp), intent(in) :: strength       !! force/length^2
     real(dp), intent(in) :: onwards(2)     !! direction of the crack
     logical, intent(out) :: breaks
     real(dp), intent(out) :: direction(2)
     real(dp) :: angle
 
-    breaks = strength > 0 .and. (stress(1) + stress(2))/2 + sqrt(((stress(1) - stress(2))/2)**2 + stress(3)**2) >= strength
+    breaks = (stress(1) + stress(2))/2 + sqrt(((stress(1) - stress(2))/2)**2 + stress(3)**2) >= strength
     angle = 0.5_dp*atan2(2*stress(3), stress(1) - stress(2))
     direction = [-sin(angle), cos(angle)]
     if (dot_product(direction, onwards) < 0) direction = -direction
