@@ -21,7 +21,7 @@ module scree_growth
   use scree_watch, only: watch_t
   implicit none
   private
-  public :: grow_cracks, set_up_cut
+  public :: grow_cracks, resume_cut
 
   integer, parameter :: steps_of_run = 10 !! without a break, after which a crack that grows is said to run
 
@@ -122,6 +122,20 @@ contains
     end function name_of
 
   end subroutine tell_tips
+
+  !> Cuts the blocks of the decks as cracks have in a run that goes on, and makes the model of them.
+  subroutine resume_cut(scene, cracks, blocks, model, state, error)
+    type(scene_t), intent(in) :: scene           !! of the stage
+    type(cracks_t), intent(in) :: cracks         !! pieces by which cracks have grown so far
+    type(blocks_t), intent(inout) :: blocks
+    type(model_t), intent(inout) :: model        !! of the decks, then of the cut blocks
+    type(state_t), intent(inout) :: state
+    type(error_t), allocatable, intent(out) :: error
+    type(crack_tip_t), allocatable :: drawn(:)
+
+    call move_alloc(model%tip, drawn)
+    call set_up_cut(scene, cracks, drawn, blocks, model, state, error)
+  end subroutine resume_cut
 
   !> Cuts blocks further, and makes the model of them. Its tips keep the numbers that they had.
   subroutine set_up_cut(scene, cracks, before, blocks, model, state, error)

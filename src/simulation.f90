@@ -14,7 +14,7 @@ module scree_simulation
   use scree_islands, only: release_equations
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
-  use scree_growth, only: grow_cracks, set_up_cut
+  use scree_growth, only: grow_cracks, resume_cut
   use scree_forecast, only: enough, note_step, probe_t
   use scree_next_stage, only: set_up_next
   use scree_progress, only: check_told, end_progress, progress_t, set_up_progress, tell, tell_whole, warn
@@ -296,10 +296,8 @@ contains
     type(cracks_t), intent(in) :: cracks
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
-    type(model_t) :: drawn
 
-    drawn = run%model
-    call set_up_cut(run%scene, cracks, drawn%tip, run%blocks, run%model, run%state, error)
+    call resume_cut(run%scene, cracks, run%blocks, run%model, run%state, error)
     if (.not. allocated(error)) call begin_steps(run, error)
   end subroutine prepare_cut
 
