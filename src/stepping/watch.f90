@@ -107,10 +107,10 @@ contains
     if (watch%impact_warned .or. .not. (allocated(trouble%what) .or. allocated(as_one%what))) return
     watch%impact_warned = .true.
     if (allocated(trouble%what)) then
-      call warn(progress, 'time '//rounded_text(time)//': contact.restitution was not applied to an impact, which the contact '// &
-                'springs carried instead: '//words_of(trouble, model))
+      call say(progress, time, 'contact.restitution was not applied to an impact, which the contact springs carried instead: '// &
+               words_of(trouble, model))
     else
-      call warn(progress, 'time '//rounded_text(time)//': '//words_of(as_one, model))
+      call say(progress, time, words_of(as_one, model))
     end if
   end subroutine watch_impact
 
@@ -127,156 +127,184 @@ contains
     type(progress_t), intent(inout) :: progress
     type(error_t), allocatable, intent(out) :: error
 
-    call watch_areas()
+    call watch_areas(watch, model, cache, state, progress, error)
     if (allocated(error)) return
     if (model%effects%large_deformation) then
-      call watch_stiffness()
+      call watch_stiffness(watch, model, cache, state, progress)
     else if (.not. model%settings%shi) then
-      call watch_stress()
+      call watch_stress(model, cache, state, error)
       if (allocated(error)) return
     end if
-    call watch_energy()
+    call watch_energy(watch, model, cache, state, work, weight_share, progress, error)
+  end subroutine watch_step
 
-  contains
+  !> Compares each area with that at the start: det F, as the field of an element is linear.
+  subroutine watch_areas(watch, model, cache, state, progress, error)
+    type(watch_t), intent(inout) :: watch
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(progress_t), intent(inout) :: progress
+    type(error_t), allocatable, intent(out) :: error
+    type(trouble_t) :: trouble
+    real(dp) :: ratio, factor, farthest
+    integer :: e, k, worst
+    logical :: finite
 
-    !> Compares each area with that at the start: det F, as the field of an element is linear.
-    subroutine watch_areas()
-      type(trouble_t) :: trouble
-      real(dp) :: ratio, factor, farthest
-      integer :: e, k, worst
-      logical :: finite
-
-      finite = model%effects%large_deformation .or. model%effects%strain_rotation
-      farthest = 1.0_dp
-      worst = 0
-      do k = 1, size(model%elements%free)
-        e = model%elements%free(k)
-        associate (F => state%deformation(:, e))
-          ratio = F(1)*F(4) - F(2)*F(3)
-        end associate
-        factor = huge(factor)
-        if (ratio > 0) factor = max(ratio, 1/ratio)
-        if (factor <= farthest) cycle
-        farthest = factor
-        worst = e
-      end do
-      if (farthest <= merge(nonsense_area, merge(suspicious_green, suspicious_small, finite), &
-                            watch%area_warned)) return
-      associate (F => state%deformation(:, worst))
+    finite = model%effects%large_deformation .or. model%effects%strain_rotation
+    farthest = 1.0_dp
+    worst = 0
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      associate (F => state%deformation(:, e))
         ratio = F(1)*F(4) - F(2)*F(3)
       end associate
-      trouble%element = worst
-      trouble%position = cache%element(worst)%kinematics%centroid
-      if (ratio < 1) then
-        trouble%what = 'the block is crushed to '//rounded_text(ratio)//' of its initial area, under '//words_of_stress(worst)
-        if (.not. ratio > 0) trouble%what = 'the block is turned inside out'
-        trouble%advice = 'a smaller step.size, and check density, unit weight, E and loads for their units'
-      else
-        trouble%what = 'the block has grown to '//rounded_text(ratio)//' times its initial area'
-        trouble%advice = 'method.strain=green or a smaller step.size, because small strain turns rotation into growth'
-        if (finite) trouble%advice = 'a smaller step.size, and check loads and E for their units'
-      end if
-      if (farthest > nonsense_area) then
-        call fail(error, status_run_failed, words_of(trouble, model))
-      else
-        watch%area_warned = .true.
-        call say(trouble)
-      end if
-    end subroutine watch_areas
+      factor = huge(factor)
+      if (ratio > 0) factor = max(ratio, 1/ratio)
+      if (factor <= farthest) cycle
+      farthest = factor
+      worst = e
+    end do
+    if (farthest <= merge(nonsense_area, merge(suspicious_green, suspicious_small, finite), &
+                          watch%area_warned)) return
+    associate (F => state%deformation(:, worst))
+      ratio = F(1)*F(4) - F(2)*F(3)
+    end associate
+    trouble%element = worst
+    trouble%position = cache%element(worst)%kinematics%centroid
+    if (ratio < 1) then
+      trouble%what = 'the block is crushed to '//rounded_text(ratio)//' of its initial area, under '// &
+                     words_of_stress(model, state, worst)
+      if (.not. ratio > 0) trouble%what = 'the block is turned inside out'
+      trouble%advice = 'a smaller step.size, and check density, unit weight, E and loads for their units'
+    else
+      trouble%what = 'the block has grown to '//rounded_text(ratio)//' times its initial area'
+      trouble%advice = 'method.strain=green or a smaller step.size, because small strain turns rotation into growth'
+      if (finite) trouble%advice = 'a smaller step.size, and check loads and E for their units'
+    end if
+    if (farthest > nonsense_area) then
+      call fail(error, status_run_failed, words_of(trouble, model))
+    else
+      watch%area_warned = .true.
+      call say(progress, time_of_run(state), words_of(trouble, model))
+    end if
+  end subroutine watch_areas
 
-    !> Compares stresses with the stiffness of small strain.
-    subroutine watch_stress()
-      integer :: e, k
+  !> Compares stresses with the stiffness of small strain.
+  subroutine watch_stress(model, cache, state, error)
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(error_t), allocatable, intent(out) :: error
+    integer :: e, k
 
-      do k = 1, size(model%elements%free)
-        e = model%elements%free(k)
-        if (.not. maxval(abs(state%stress(:, e))) > nonsense_stress*stiffness_of(e)) cycle
-        call fail(error, status_run_failed, words_of(new_trouble('the block is under '//words_of_stress(e)// &
-                  ', and the law of small strain does not hold there', 'method.strain=green, and check density, '// &
-                  'unit weight, E and loads for their units', e, cache%element(e)%kinematics%centroid), model))
-        return
-      end do
-    end subroutine watch_stress
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      if (.not. maxval(abs(state%stress(:, e))) > nonsense_stress*stiffness_of(model, e)) cycle
+      call fail(error, status_run_failed, words_of(new_trouble('the block is under '//words_of_stress(model, state, e)// &
+                ', and the law of small strain does not hold there', 'method.strain=green, and check density, '// &
+                'unit weight, E and loads for their units', e, cache%element(e)%kinematics%centroid), model))
+      return
+    end do
+  end subroutine watch_stress
 
-    !> A stress in words.
-    function words_of_stress(e) result(words)
-      integer, intent(in) :: e
-      character(len=:), allocatable :: words
+  !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
+  subroutine watch_stiffness(watch, model, cache, state, progress)
+    type(watch_t), intent(inout) :: watch
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    type(progress_t), intent(inout) :: progress
+    type(trouble_t) :: trouble
+    integer :: e, k
 
-      associate (largest => maxval(abs(state%stress(:, e))))
-        words = 'a stress of '//rounded_text(largest)//', which is '//rounded_text(largest/stiffness_of(e))//' of its stiffness'
-      end associate
-    end function words_of_stress
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      if (watch%soft(e)) cycle
+      if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
+      watch%soft(e) = .true.
+      trouble = new_trouble('the block is compressed to less than '//short_text(least_stable_stretch, 3)// &
+                            ' of its length, where Green strain has lost its stiffness and results do not hold', &
+                            'a larger E or smaller loads, and check their units', e, cache%element(e)%kinematics%centroid)
+      call say(progress, time_of_run(state), words_of(trouble, model))
+    end do
+  end subroutine watch_stiffness
 
-    !> What the stress of an element is measured by, force/length^2.
-    pure real(dp) function stiffness_of(e)
-      integer, intent(in) :: e
+  !> Compares the energy, and what friction and the like have taken, with the least that it has been above that at the start and
+  !> what weights, loads, ground and supports have given since.
+  subroutine watch_energy(watch, model, cache, state, work, weight_share, progress, error)
+    type(watch_t), intent(inout) :: watch
+    type(model_t), intent(in) :: model
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(in) :: state
+    real(dp), intent(in) :: work                  !! of loads, ground and supports in the step, force length per unit thickness
+    real(dp), intent(in) :: weight_share          !! of the weights that acted in it
+    type(progress_t), intent(inout) :: progress
+    type(error_t), allocatable, intent(out) :: error
+    type(trouble_t) :: trouble
+    real(dp) :: above, gain, height, own, most
+    integer :: e
 
-      stiffness_of = model%effects%elasticity(1, 1, model%elements%material(e))
-    end function stiffness_of
+    height = energy_of_weights(model, cache)
+    watch%given = watch%given + weight_share*(watch%height - height)
+    watch%height = height
+    watch%fallen = max(watch%fallen, watch%given)
+    watch%energy = watch%energy + work
+    watch%scale = watch%scale + abs(work)
+    above = energy_of(model, cache, state) - watch%given - watch%energy
+    watch%least = min(watch%least, above)
+    gain = (above - watch%least)/(watch%scale + watch%fallen)
+    if (.not. gain > merge(nonsense_gain, suspicious_gain, watch%energy_warned)) return
+    most = -1.0_dp
+    do e = 1, model%n_elements
+      own = kinetic_energy(cache%element(e)%mass_matrix, state%velocity(model%elements%unknown(:, e)))
+      if (own <= most) cycle
+      most = own
+      trouble%element = e
+    end do
+    trouble%position = cache%element(trouble%element)%kinematics%centroid
+    associate (e => trouble%element)
+      trouble%what = 'energy has come from nothing, '//rounded_text(gain)//' times what weight, loads and the initial state '// &
+        'can supply; this block has most of it, at a mean speed of '//rounded_text(sqrt(2*most/cache%element(e)%mass))
+    end associate
+    trouble%advice = 'a smaller step.size or contact.stiffness, and look for wrong units and for blocks that overlap'
+    if (gain > nonsense_gain) then
+      call fail(error, status_run_failed, words_of(trouble, model))
+    else
+      watch%energy_warned = .true.
+      call say(progress, time_of_run(state), words_of(trouble, model))
+    end if
+  end subroutine watch_energy
 
-    !> Warns, once for each element, where the linear law in Green strain has lost its stiffness.
-    subroutine watch_stiffness()
-      integer :: e, k
+  !> A stress in words.
+  function words_of_stress(model, state, e) result(words)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer, intent(in) :: e
+    character(len=:), allocatable :: words
 
-      do k = 1, size(model%elements%free)
-        e = model%elements%free(k)
-        if (watch%soft(e)) cycle
-        if (least_stretch(state%deformation(:, e)) > least_stable_stretch) cycle
-        watch%soft(e) = .true.
-        call say(new_trouble('the block is compressed to less than '//short_text(least_stable_stretch, 3)// &
-                           ' of its length, where Green strain has lost its stiffness and results do not hold', &
-                           'a larger E or smaller loads, and check their units', &
-                           element=e, position=cache%element(e)%kinematics%centroid))
-      end do
-    end subroutine watch_stiffness
+    associate (largest => maxval(abs(state%stress(:, e))))
+      words = 'a stress of '//rounded_text(largest)//', which is '//rounded_text(largest/stiffness_of(model, e))// &
+              ' of its stiffness'
+    end associate
+  end function words_of_stress
 
-    !> Compares the energy, and what friction and the like have taken, with the least that it has been above that at the start and
-    !> what weights, loads, ground and supports have given since.
-    subroutine watch_energy()
-      type(trouble_t) :: trouble
-      real(dp) :: above, gain, height, own, most
-      integer :: e
+  !> Stiffness of the material of an element, with which its stress is compared, force/length^2.
+  pure real(dp) function stiffness_of(model, e)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: e
 
-      height = energy_of_weights(model, cache)
-      watch%given = watch%given + weight_share*(watch%height - height)
-      watch%height = height
-      watch%fallen = max(watch%fallen, watch%given)
-      watch%energy = watch%energy + work
-      watch%scale = watch%scale + abs(work)
-      above = energy_of(model, cache, state) - watch%given - watch%energy
-      watch%least = min(watch%least, above)
-      gain = (above - watch%least)/(watch%scale + watch%fallen)
-      if (.not. gain > merge(nonsense_gain, suspicious_gain, watch%energy_warned)) return
-      most = -1.0_dp
-      do e = 1, model%n_elements
-        own = kinetic_energy(cache%element(e)%mass_matrix, state%velocity(model%elements%unknown(:, e)))
-        if (own <= most) cycle
-        most = own
-        trouble%element = e
-      end do
-      trouble%position = cache%element(trouble%element)%kinematics%centroid
-      associate (e => trouble%element)
-        trouble%what = 'energy has come from nothing, '//rounded_text(gain)//' times what weight, loads and the initial state '// &
-          'can supply; this block has most of it, at a mean speed of '//rounded_text(sqrt(2*most/cache%element(e)%mass))
-      end associate
-      trouble%advice = 'a smaller step.size or contact.stiffness, and look for wrong units and for blocks that overlap'
-      if (gain > nonsense_gain) then
-        call fail(error, status_run_failed, words_of(trouble, model))
-      else
-        watch%energy_warned = .true.
-        call say(trouble)
-      end if
-    end subroutine watch_energy
+    stiffness_of = model%effects%elasticity(1, 1, model%elements%material(e))
+  end function stiffness_of
 
-    !> Warns of a trouble at the present time.
-    subroutine say(trouble)
-      type(trouble_t), intent(in) :: trouble
+  !> Warns of what happened at a time.
+  subroutine say(progress, time, words)
+    type(progress_t), intent(inout) :: progress
+    real(dp), intent(in) :: time
+    character(len=*), intent(in) :: words
 
-      call warn(progress, 'time '//rounded_text(time_of_run(state))//': '//words_of(trouble, model))
-    end subroutine say
-
-  end subroutine watch_step
+    call warn(progress, 'time '//rounded_text(time)//': '//words)
+  end subroutine say
 
   !> Energy but for that of the weights, and what friction, damping, bolts and sleep have taken of it. Masses are those of the
   !> start, as are the weights: a mass that follows the area would bring energy of its own, the more the farther the scene is from
