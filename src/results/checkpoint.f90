@@ -38,13 +38,10 @@ contains
     checkpoints%n_series = results%n_series
     call declare_series(results, '/checkpoint/frame', [integer ::], '1', 'frame that it goes with, from 0', checkpoints%frame, &
                         error, whole=.true., per_frame=.true.)
-    if (allocated(error)) return
     call declare_series(results, '/checkpoint/end', [integer ::], '1', 'numbers up to its end', checkpoints%end, error, &
                         whole=.true., per_frame=.true.)
-    if (allocated(error)) return
     call declare_series(results, '/checkpoint/rows', [checkpoints%n_series], '1', 'rows of each series then', checkpoints%rows, &
                         error, whole=.true., per_frame=.true.)
-    if (allocated(error)) return
     call declare_series(results, '/checkpoint/numbers', [integer ::], '', 'all that the run goes on from', checkpoints%numbers, &
                         error, expected_rows=archive%n)
     if (allocated(error)) return

@@ -44,9 +44,7 @@ contains
       integer, intent(in) :: shape(:)
       integer, intent(out) :: handle
 
-      handle = 0
-      if (.not. allocated(error)) &
-        call declare_series(results, '/history/cracks/'//name, shape, units, description, handle, error)
+      call declare_series(results, '/history/cracks/'//name, shape, units, description, handle, error)
     end subroutine a_series
 
   end subroutine declare_cracks

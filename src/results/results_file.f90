@@ -13,9 +13,9 @@ module scree_results_file
   use scree_classic_output, only: classic_output_t
   use scree_disk_room, only: disk_room_t, give_back, hold_again
   use scree_errors, only: error_t, fail, status_run_failed
+  use scree_files, only: remove_file, set_length, without_links
   use scree_frame_layout, only: layout_parts, layout_rows, layout_t, part_block, part_corners, part_parent, part_types, &
                                 units_of_part, words_of_part
-  use scree_files, only: remove_file, set_length, without_links
   use scree_hdf5_reading, only: begin_hdf5
   use scree_hdf5_writing, only: check_status, create_rows, fixed_rows, flush_file, grow_in_place, write_text, write_whole, &
                                 write_words
@@ -30,7 +30,7 @@ module scree_results_file
   private
 
   public :: abandon_results, add_frame, add_layout, close_results, count_frames, declare_series, expect_place_still, make_room, &
-             open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
+            open_results, put_series, results_t, rows_of_series, store_rows, store_text, store_words, take_place, &
             work_row_t, write_rows, write_where_due
 
   integer, parameter :: chunk_bytes = 131072 !! of a chunk, where as many rows are expected
@@ -254,14 +254,16 @@ contains
     type(results_t), intent(inout) :: results
     character(len=*), intent(in) :: path, units, description
     integer, intent(in) :: shape(:)
-    integer, intent(out) :: handle
-    type(error_t), allocatable, intent(out) :: error
+    integer, intent(out) :: handle             !! 0 after an error
+    type(error_t), allocatable, intent(inout) :: error !! of the series before; nothing is declared after one
     logical, intent(in), optional :: whole     !! whole numbers
     logical, intent(in), optional :: per_frame !! a row a frame, else a row a step
     integer, intent(in), optional :: expected_rows !! where they are neither
     integer :: expected
     logical :: whole_numbers
 
+    handle = 0
+    if (allocated(error)) return
     whole_numbers = .false.
     if (present(whole)) whole_numbers = whole
     expected = results%expected_steps

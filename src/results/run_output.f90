@@ -3,6 +3,7 @@ module scree_run_output
   use scree_checkpoint, only: checkpoints_t, declare_checkpoints, put_checkpoint
   use scree_classic_output, only: add_classic_frame, begin_classic_output
   use scree_errors, only: error_t, fail, status_bad_input
+  use scree_frame_layout, only: layout_t
   use scree_idle_points, only: places_of_points
   use scree_islands, only: size_of_equations, work_of_solutions
   use scree_keyholes, only: polygons_of
@@ -12,7 +13,6 @@ module scree_run_output
   use scree_model, only: cache_t, model_t
   use scree_problem_output, only: store_problem
   use scree_regions, only: joint_between
-  use scree_frame_layout, only: layout_t
   use scree_results_file, only: add_frame, add_layout, close_results, expect_place_still, open_results, results_t, &
                                 store_rows, store_text, store_words, work_row_t, write_rows, write_where_due
   use scree_run_records, only: declare_records, displacement_of_vertices, kinds_t, put_frame_records, put_step_records, records_t, &

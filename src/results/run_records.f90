@@ -90,9 +90,23 @@ contains
     type(kinds_t), intent(in) :: kinds           !! of all stages
     type(records_t), intent(out) :: records
     type(error_t), allocatable, intent(out) :: error
-    integer :: i, n
+    integer :: n, i
 
     n = model%n_blocks + kinds%parts
+    records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
+    call declare_history(results, model, kinds, n, records, error)
+    call declare_parts(results, model, kinds, n, records, error)
+  end subroutine declare_records
+
+  !> Declares the series of the whole scene, with a row each step.
+  subroutine declare_history(results, model, kinds, n, records, error)
+    type(results_t), intent(inout) :: results
+    type(model_t), intent(in) :: model
+    type(kinds_t), intent(in) :: kinds           !! of all stages
+    integer, intent(in) :: n                     !! blocks, with those that may break off
+    type(records_t), intent(inout) :: records
+    type(error_t), allocatable, intent(inout) :: error
+
     call declare_motion()
     call declare_energies()
     call declare_costs()
@@ -100,11 +114,6 @@ contains
     call declare_rest()
     if (model%settings%measures_tips) call declare_cracks(results, model%tip, records%cracks, error)
     if (allocated(model%effects%contact)) call declare_open_close()
-    call declare_bodies()
-    if (allocated(model%effects%contact)) call declare_contacts()
-    if (allocated(model%effects%bolt)) call declare_bolts(size(model%effects%bolt%stiffness, 2))
-    records%measured = pack([(i, i=1, size(model%points%kind))], model%points%kind == measured_point)
-    if (size(records%measured) > 0) call declare_points()
 
   contains
 
@@ -189,13 +198,43 @@ contains
       call a_step('open_close_iterations', [integer ::], '1', 'state updates of contacts of an island', records%open_close, .true.)
       if (kinds%bonds) call a_step('bonds', [3], '1', 'bonds that hold, and that broke in tension and in shear since the start', &
                                    records%bonds, .true.)
-      call a_series('/open_close/step', [integer ::], '1', 'step of each state update, from 1', records%judged_step, .true.)
-      call a_series('/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and changing', records%judged, .true.)
+      call declare_series(results, '/open_close/step', [integer ::], '1', 'step of each state update, from 1', &
+                          records%judged_step, error, .true.)
+      call declare_series(results, '/open_close/contacts', [4], '1', 'contacts open, sliding, locked, and changing', &
+                          records%judged, error, .true.)
       call a_step('overlap', [integer ::], 'length', 'deepest overlap of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
       if (kinds%softening) call a_step('energy/fracture', [integer ::], energy_unit, 'energy lost in bonds', records%fracture)
     end subroutine declare_open_close
+
+    !> Declares a series with a row each step.
+    subroutine a_step(name, shape, units, description, handle, whole)
+      character(len=*), intent(in) :: name, units, description
+      integer, intent(in) :: shape(:)
+      integer, intent(out) :: handle
+      logical, intent(in), optional :: whole
+
+      call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
+    end subroutine a_step
+
+  end subroutine declare_history
+
+  !> Declares the series of blocks, contacts, bolts and measured points.
+  subroutine declare_parts(results, model, kinds, n, records, error)
+    type(results_t), intent(inout) :: results
+    type(model_t), intent(in) :: model
+    type(kinds_t), intent(in) :: kinds           !! of all stages
+    integer, intent(in) :: n                     !! blocks, with those that may break off
+    type(records_t), intent(inout) :: records
+    type(error_t), allocatable, intent(inout) :: error
+
+    call declare_bodies()
+    if (allocated(model%effects%contact)) call declare_contacts()
+    if (allocated(model%effects%bolt)) call declare_bolts(size(model%effects%bolt%stiffness, 2))
+    if (size(records%measured) > 0) call declare_points(size(records%measured))
+
+  contains
 
     !> Declares what a frame has of each block.
     subroutine declare_bodies()
@@ -230,9 +269,9 @@ contains
     subroutine declare_bolts(m)
       integer, intent(in) :: m                   !! of them
 
-      call a_step('energy/bolts', [integer ::], energy_unit, 'energy of the bolts', records%bolts)
-      call a_step('energy/yield', [integer ::], energy_unit, 'energy lost in bolts that yielded or broke since the start', &
-                  records%yield)
+      call a_series('/history/energy/bolts', [integer ::], energy_unit, 'energy of the bolts', records%bolts)
+      call a_series('/history/energy/yield', [integer ::], energy_unit, &
+                    'energy lost in bolts that yielded or broke since the start', records%yield)
       call a_series('/bolts/ends', [4, m], 'length', 'x1 y1 x2 y2 of the ends', records%bolt_ends, per_frame=.true.)
       call a_series('/bolts/force', [m], 'force', 'tension; below 0 it pushes', records%bolt_force, per_frame=.true.)
       call a_series('/bolts/elongation', [m], 'length', 'growth of its length since the start', records%bolt_elongation, &
@@ -248,27 +287,14 @@ contains
     end subroutine declare_bolts
 
     !> Declares what a step has of the measured points.
-    subroutine declare_points()
-      integer :: m
+    subroutine declare_points(m)
+      integer, intent(in) :: m                   !! of them
 
-      m = size(records%measured)
       call a_series('/measured_points/position', [2, m], 'length', 'place', records%point_position)
       call a_series('/measured_points/displacement', [2, m], 'length', 'displacement since the start', records%point_displacement)
       call a_series('/measured_points/velocity', [2, m], 'length/time', 'velocity', records%point_velocity)
       call a_series('/measured_points/stress', [3, m], 'force/length^2', 'Cauchy stress xx, yy, xy', records%point_stress)
     end subroutine declare_points
-
-    !> Declares a series with a row each step.
-    subroutine a_step(name, shape, units, description, handle, whole)
-      character(len=*), intent(in) :: name, units, description
-      integer, intent(in) :: shape(:)
-      integer, intent(out) :: handle
-      logical, intent(in), optional :: whole
-
-      handle = 0
-      if (.not. allocated(error)) &
-        call declare_series(results, '/history/'//name, shape, units, description, handle, error, whole)
-    end subroutine a_step
 
     !> Declares a series of any kind of row.
     subroutine a_series(path, shape, units, description, handle, whole, per_frame)
@@ -277,8 +303,7 @@ contains
       integer, intent(out) :: handle
       logical, intent(in), optional :: whole, per_frame
 
-      handle = 0
-      if (.not. allocated(error)) call declare_series(results, path, shape, units, description, handle, error, whole, per_frame)
+      call declare_series(results, path, shape, units, description, handle, error, whole, per_frame)
     end subroutine a_series
 
     !> Declares a series of the blocks with a row each frame.
@@ -287,12 +312,10 @@ contains
       integer, intent(in) :: shape(:)
       integer, intent(out) :: handle
 
-      handle = 0
-      if (.not. allocated(error)) &
-        call declare_series(results, '/bodies/'//name, shape, units, description, handle, error, per_frame=.true.)
+      call declare_series(results, '/bodies/'//name, shape, units, description, handle, error, per_frame=.true.)
     end subroutine a_frame
 
-  end subroutine declare_records
+  end subroutine declare_parts
 
   !> Displacement of all vertices of the elements, since the start or since a stage that counts it anew, length.
   pure function displacement_of_vertices(model, state) result(displacement)
