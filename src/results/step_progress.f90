@@ -5,7 +5,7 @@ module scree_step_progress
   use scree_progress, only: line_is_due, progress_t, show_line, stays_short, tell
   use scree_run_summary, only: count_moving
   use scree_scene, only: settings_t
-  use scree_state, only: state_t, step_of_run, time_of_run
+  use scree_state, only: state_t, step_of_run
   use scree_step_control, only: at_end, share_done
   use scree_text, only: number_text, rounded_text, short_text, text_t
   use scree_time_stepper, only: step_report_t
@@ -60,7 +60,8 @@ contains
       share = max(share, log(max(settings%balance, state%settling%unbalanced))/log(settings%balance))
   end function share_of_stage
 
-  !> Facts of a step, the most important first. The path of a static run means nothing, so its time is none of them.
+  !> Facts of a step, the most important first. The time is that of the stage, as the deck has it. The path of a static run means
+  !> nothing, so its time is none of them.
   function facts_of(model, cache, state, report) result(facts)
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
@@ -75,8 +76,8 @@ contains
       facts = [facts, text_t('unbalanced '//short_text(report%balance%share, few_digits))]
     else
       associate (s => model%settings)
-        facts = [facts, text_t('time '//short_text(time_of_run(state), digits)//' of '//short_text(state%stage%begins + min( &
-                               s%end_time, state%time*(s%most_steps/real(state%step, dp))), digits))]
+        facts = [facts, text_t('time '//short_text(state%time, digits)//' of '// &
+                               short_text(min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), digits))]
       end associate
     end if
     facts = [facts, text_t('step '//number_text(step_of_run(state)))]

@@ -463,11 +463,11 @@ def test_a_page_has_stages_and_units(tmp_path):
     done = subprocess.run([TOOL, results.path, "--units", "mm=1e-3,kPa=1e3,ms=1e-3"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     file, last, text = drawing.Frames(results.path, "stages"), results.n_frames - 1, results.path.with_suffix(".html").read_text()
-    assert "The run is complete, at time 710 ms." in text and f"{1e3 * results.summary['speed']['largest'] / 1e3:.4g} mm/ms, block 2" in text
-    assert "<td>stage 3 (dug)</td><td>dynamic</td><td>complete</td><td>150 steps</td><td>110 ms to 410 ms</td>" in text
+    assert "The run is complete, at time 600 ms." in text and f"{1e3 * results.summary['speed']['largest'] / 1e3:.4g} mm/ms, block 2" in text
+    assert "<td>stage 3 (dug)</td><td>dynamic</td><td>complete</td><td>150 steps</td><td>0 ms to 300 ms</td>" in text
     with Browser() as browser:
         browser.open(results.path.with_suffix(".html"))
-        assert browser.evaluate("document.getElementById('time').textContent") == f"free, t = 710 ms, frame {last} of {last}"
+        assert browser.evaluate("document.getElementById('time').textContent") == f"free, t = 600 ms, frame {last} of {last}"
         browser.choose("frame", 1)
         assert browser.evaluate("document.getElementById('time').textContent").startswith(f"stage 1, step {results.frame_steps[1]}, ")
         e, since = 1, results.counted_from(last)

@@ -61,8 +61,8 @@ def test_panels_are_the_ends_of_stages(run):
     figure = drawing.draw_frames([file], None, "block", stages=["all"])
     steps = run.frame_steps
     ends = [int(steps[run.frame_stages == k][-1]) for k in (1, 2)]
-    assert [axis.get_title() for axis in figure.axes[:4]] == [f"stage 1, step {ends[0]}", f"loaded, step {ends[1]}", "dug, t = 0.41",
-                                                              "free, t = 0.71"]
+    assert [axis.get_title() for axis in figure.axes[:4]] == [f"stage 1, step {ends[0]}", f"loaded, step {ends[1]}", "dug, t = 0.3",
+                                                              "free, t = 0.6"]
     grey = [axis.collections[0] for axis in figure.axes[:4]]  # outlines where displacements count from
     began = [[path.vertices[:-1] for path in collection.get_paths() if len(path.vertices)] for collection in grey]
     for places, since in zip(began, (0, 0, 0, run.counted_from(-1))):
@@ -88,6 +88,18 @@ def test_a_stage_that_is_none_is_one_line(run, slide):
         drawing.frames_of_stage(drawing.Frames(run.path, "s"), "x")
 
 
+def test_no_time_passes_in_static_stages_before_dynamic_ones(run, slide):
+    """The clock of the run stands in them, and runs as its steps do in the others. A table of a stage is read at its time since the stage
+    began, so the clock of the first dynamic stage is the time of its tables."""
+    static, sizes = run.history.stage < 3, np.diff(run.history.time, prepend=0)
+    assert sizes[static].sum() > 0.1 and not run.clock[static].any()
+    np.testing.assert_allclose(np.diff(run.clock)[~static[1:]], sizes[~static], atol=1e-13)
+    begun = run.history.time[static][-1]
+    np.testing.assert_allclose(run.clock[~static], run.history.time[~static] - begun, atol=1e-13)
+    assert [words[-1] for words in facts.stage_rows(run, Units("mm=1e-3,kPa=1e3,ms=1e-3"))][:2] == ["", ""]
+    assert np.array_equal(slide.clock, slide.history.time)
+
+
 def test_a_film_of_a_stage_has_its_frames(run, tmp_path):
     done = subprocess.run([TOOLS / "film", run.path, "--stage", "dug", "-o", tmp_path / "f.gif", "--dpi", "40"], capture_output=True,
                           text=True)
@@ -110,7 +122,7 @@ def test_histories_of_a_static_run_are_drawn_along_its_steps(run, slide, tmp_pat
     still = scree.run(SOURCE / "input/validation/b1-slide/slope30.ana", output=tmp_path / "still.h5",
                       settings=["deck.k01=0", "joint(1).phi=35", "step.count=20", "output.every=5"])
     units, steps = Units("mm=1e-3,kPa=1e3,ms=1e-3"), np.arange(1, 21)
-    for files, label, along in (([still], "step", steps), ([run], "time [ms]", 1e3 * run.history.time),
+    for files, label, along in (([still], "step", steps), ([run], "time [ms]", 1e3 * run.clock),
                                 ([still, slide], "time [ms]", 1e3 * still.history.time)):
         axis, = drawing.draw_histories([file.path for file in files], ["energy/kinetic"], units).axes
         assert axis.get_xlabel() == label

@@ -209,7 +209,7 @@ class Frames(Shapes):
 
     def __init__(self, path, name):
         self.name, self.file, self.magnified = name, read(path), 1.0
-        self.times, self.corners = self.file.times, self.file.corners()
+        self.times, self.corners = np.append(0.0, self.file.clock)[self.file.frame_steps], self.file.corners()
         if len(self.times) == 0:
             raise PlotError(f"{path}: expected a frame, found none")
         self.start = self.polygons(0)

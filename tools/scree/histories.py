@@ -37,7 +37,7 @@ def is_static(results):
 def axis_of(results, units, static):
     """What histories are drawn along, in words, and where each step is there: at its number in a static run, else at its time."""
     label, factor = ("step", 1.0) if static else units.of("time [time]")
-    steps = np.arange(1, len(results.history.time) + 1) if static else results.history.time
+    steps = np.arange(1, len(results.history.time) + 1) if static else results.clock
     return label, steps / factor
 
 

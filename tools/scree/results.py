@@ -343,6 +343,15 @@ class Results(Group):
         return np.searchsorted(np.append(0.0, self.history.time), self.times)
 
     @property
+    def clock(self) -> np.ndarray:
+        """Time that has passed at the end of each step (s), as that of motion: static stages take none of it where others are dynamic.
+        `history.time` counts the sizes of all steps, so that each frame has a time of its own."""
+        if "stages" not in self or len(self.history.time) == 0:
+            return self.history.time
+        dynamic = (self["stages/kind"] == "dynamic")[self.history.stage - 1]
+        return np.cumsum(dynamic * np.diff(self.history.time, prepend=0.0)) if dynamic.any() else self.history.time
+
+    @property
     def frame_stages(self) -> np.ndarray:
         """Number of the stage that each frame is of (f), from 1: that of the step that it is the end of, and the first at the start."""
         of_step = self.history.stage if "stage" in self.history else np.ones(len(self.history.time), int)

@@ -34,7 +34,7 @@ m.dynamic(time=2, size=0.01)
 r = m.run()
 free, foot, heel = 1000 * r.measured_points.displacement[:, :, 0].T
 axis = plt.figure(figsize=(5, 3), layout="constrained").add_subplot(xlim=(0, 2), xlabel="time [s]", ylabel="slip of the base [mm]")
-axis.plot(r.history.time - r.history.time[-1] + 2, heel - foot)
+axis.plot(r.clock, heel - foot)
 axis.figure.savefig("dam-slip.png", dpi=100)
 print(f"free field: {abs(r.measured_points.velocity[:, 0, 0]).max():.3f}\nslip: {heel[-1] - foot[-1]:.1f}")
 scree.plot(r, joints="state", conditions=True, magnify=20, window=(40, 0, 125, 62)).figure.savefig("dam.png", dpi=80)

@@ -16,11 +16,17 @@ def percent(share):
     return f"{100 * share:.3g} %"
 
 
+def passed(results, units, time):
+    """A time of the summary in words: that which has passed by then on the clock of the run."""
+    ends, clock = np.append(0, results.history.time), np.append(0, results.clock)
+    return units.quantity(float(np.interp(time, ends, clock) + max(0, time - ends[-1])), "time")
+
+
 def since_restart(results, units):
     """Words for what is known of the last part of a run alone; none of a run that was not restarted."""
     said = results.summary
     begun = said["time"]["from"] if said else 0
-    return f" since the restart at time {units.quantity(float(begun), 'time')}" if begun > 0 else ""
+    return f" since the restart at time {passed(results, units, begun)}" if begun > 0 else ""
 
 
 def verdict(results, units):
@@ -30,7 +36,7 @@ def verdict(results, units):
     words = {"complete": "The run is complete", "cut": "The model as set up, without a run", "interrupted": "The run was interrupted",
              "running": "The run goes on, or was killed"}.get(status, f"The run ended early: {status}")
     if results.n_frames and len(results.history.time) and not is_static(results):
-        words += f", at time {units.quantity(float(results.history.time[-1]), 'time')}"
+        words += f", at time {units.quantity(float(results.clock[-1]), 'time')}"
     remarks = list(remarks_on(results, units))
     return "look" if remarks and level == "good" else level, f"{words}.", remarks
 
@@ -50,7 +56,7 @@ def remarks_on(results, units):
         if history.overlap[k] > SHARE * size:
             yield (f"Contacts overlapped by up to {units.quantity(float(history.overlap[k]), 'length')}, "
                    f"{percent(history.overlap[k] / size)} of the size of {whose}, at time "
-                   f"{units.quantity(float(history.time[k]), 'time')}.")
+                   f"{units.quantity(float(results.clock[k]), 'time')}.")
     off, asked = estimated_error(results)
     if off > (TOO_FAR_OFF * asked if asked else SHARE):
         yield (f"The run estimates that its displacements are off by {percent(off)}" +
@@ -139,7 +145,7 @@ def outcome_rows(results, units):
             f", block {found['block']} at {place(found['position'])}" if found["largest"] else "")
 
     time, steps = said["time"], said["steps"]
-    rows = [("time", units.quantity(time["reached"], "time") + (f" of {units.quantity(time['asked'], 'time')}" if time["asked"] is not None else "")),
+    rows = [("time", passed(results, units, time["reached"]) + (f" of {passed(results, units, time['asked'])}" if time["asked"] is not None else "")),
             ("steps", f"{steps['taken']} taken" + (f" of {number(steps['planned'])} planned" if steps["planned"] is not None else "") +
                       f", {steps['cut']} tried again with a smaller size; {steps['solves']} solves, {steps['factors']} factors"),
             ("largest displacement", where("displacement", "length")), ("largest speed", where("speed", "length/time"))]
@@ -151,7 +157,7 @@ def outcome_rows(results, units):
     rows.append(("area", f"{'shrank' if said['change_of_area'] < 0 else 'grew'} by {percent(abs(said['change_of_area']))}"))
     if said["overlap"]:
         deepest = said["overlap"]
-        rows.append(("worst overlap", f"{units.quantity(deepest['largest'], 'length')} at time {units.quantity(deepest['time'], 'time')}, "
+        rows.append(("worst overlap", f"{units.quantity(deepest['largest'], 'length')} at time {passed(results, units, deepest['time'])}, "
                                       f"block {deepest['blocks'][0]} in block {deepest['blocks'][1]} at {place(deepest['position'])}"
                      if deepest["largest"] else "none"))
     lost = said["energy"]["lost_otherwise"]
@@ -168,7 +174,7 @@ def stage_rows(results, units):
     """The stages that the run was in: name, kind, how each ended, steps, times."""
     said = results.summary or {}
     return [(stage["name"], stage["kind"], stage["status"], f"{stage['steps']} steps",
-             "" if stage["kind"] == "static" else f"{units.quantity(stage['from'], 'time')} to {units.quantity(stage['reached'], 'time')}")
+             "" if stage["kind"] == "static" else f"{passed(results, units, stage['from'])} to {passed(results, units, stage['reached'])}")
             for stage in said.get("stages", [])]
 
 
