@@ -131,7 +131,7 @@ def test_small_strain_makes_no_more_area_than_was_asked(tmp_path, accuracy):
 
 def falling(folder, boxes, end):
     """A run of boxes that fall on the first, and on each other, and bounce with all of their speed."""
-    lines = [f"{x0!r} {y0!r} {x1!r} {y1!r} 1" for a, b, c, d in boxes
+    lines = [f"{x0} {y0} {x1} {y1} 1" for a, b, c, d in boxes
              for (x0, y0), (x1, y1) in zip([(a, b), (c, b), (c, d), (a, d)], [(c, b), (c, d), (a, d), (a, b)])]
     (folder / "a.geo").write_text("\n".join(["1e-6", f"{len(lines)} 0", "1", "0", "2", "0", "0", "0", *lines, "0.125 -0.5 0.25 -0.5 2",
                                             "0.25 -0.5 0.25 -0.5", "2.75 -0.5 2.75 -0.5", ""]))
@@ -235,8 +235,8 @@ def test_a_run_warns_of_swings_that_its_estimate_does_not_have(steps, lost, tmp_
                                     "0.5 0.5 0.5 5 1e6 0 0\n1.5 0.5 1.5 5 1e6 0 0\n1 0.5\n&bolts outside='ground' /\n")
     (tmp_path / "a.ana").write_text("1 100000 1 1 0.05 0.1\n2500 0 1e10 0.25\n0 0 0  0 0 0  0 -1 0\n45 0 0\n&deck geometry='a.geo' /\n")
     period = 2 * np.pi / 20
-    done = scree.call("run", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet", "--set", f"step.size={period / steps!r}",
-                      "--set", f"step.end_time={1.25 * period!r}", "--set", "output.error=estimate")
+    done = scree.call("run", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet", "--set", f"step.size={period / steps}",
+                      "--set", f"step.end_time={1.25 * period}", "--set", "output.error=estimate")
     r = scree.read(tmp_path / "a.h5")
     assert done.returncode == 0 and ("swing on bolts" in done.stderr) == lost
     assert (abs(r.bodies.centroid[-1, 0, 1] - (0.5 - 1 / 20)) > 1e-2 / 20) == lost

@@ -46,7 +46,7 @@ def run(folder, pairs, places=None, groups=(), steps=STEPS, dt=DT, phi=0.0, stif
     for pair, place in zip(pairs, places):
         for corners, velocity, force in zip(pair.corners, pair.velocities, pair.loads):
             x = np.asarray(corners) + place
-            materials.append(f"{DENSITY!r} 0 {YOUNG!r} 0.2 {'0 ' * 6} {' '.join(repr(float(v)) for v in velocity or (0, 0, 0))}")
+            materials.append(f"{DENSITY} 0 {YOUNG} 0.2 {'0 ' * 6} {' '.join(str(float(v)) for v in velocity or (0, 0, 0))}")
             blocks.append((len(materials), x))
             if velocity is None:
                 fixed += [(*vertex, len(blocks)) for vertex in x]
@@ -56,8 +56,8 @@ def run(folder, pairs, places=None, groups=(), steps=STEPS, dt=DT, phi=0.0, stif
     (folder / f"{name}.blk").write_text(block_file("Random pairs", blocks, fixed, load))
     loads = [f"&loads force={' '.join(map(repr, forces))} /"] if forces else []
     (folder / f"{name}.ana").write_text("\n".join([
-        f"1 {steps} {len(materials)} 1 0.05 {dt!r}", *materials, f"{phi!r} 0 0", f"&deck geometry='{name}.blk', dialect='short' /",
-        f"&contact stiffness={stiffness!r} /", "&output every=1 /", *loads, *groups, ""]))
+        f"1 {steps} {len(materials)} 1 0.05 {dt}", *materials, f"{phi} 0 0", f"&deck geometry='{name}.blk', dialect='short' /",
+        f"&contact stiffness={stiffness} /", "&output every=1 /", *loads, *groups, ""]))
     return scree.run(folder / f"{name}.ana", output=folder / f"{name}.h5", timeout=600)
 
 

@@ -11,7 +11,7 @@ def settled(path, blocks, modulus, joint, measured, *groups):
     """A static run of meshed blocks to equilibrium."""
     path.with_suffix(".blk").write_text(block_file("bent", [(1, b) for b in blocks], measured=[(*measured, len(blocks))]))
     path.with_suffix(".ana").write_text("\n".join([
-        "0 4000 1 1 0.1 0.02", f"1000 0 {modulus!r} 0.25", "0 0 0 0 0 0 0 0 0", joint, f"&deck geometry='{path.name}.blk', dialect='short' /",
+        "0 4000 1 1 0.1 0.02", f"1000 0 {modulus} 0.25", "0 0 0 0 0 0 0 0 0", joint, f"&deck geometry='{path.name}.blk', dialect='short' /",
         *groups, "&step balance=1e-7 /", ""]))
     r = scree.run(path.with_suffix(".ana"), output=path.with_suffix(".h5"))
     assert r.scene.status == "complete"

@@ -24,14 +24,14 @@ def run(folder, blocks, groups="", *, steps=100, dt=0.005, rock=(2.5, 2.5 * G, 1
     head, rows, at = [], [], 1
     for i, corners in enumerate(blocks):
         head.append(f"{material[i] if material else 1} {at} {at + len(corners) - 1}")
-        rows += [f"1 {float(x)!r} {float(y)!r}" for x, y in [*corners, corners[0]]] + ["0 0 0"] * 3
+        rows += [f"1 {float(x)} {float(y)}" for x, y in [*corners, corners[0]]] + ["0 0 0"] * 3
         at += len(corners) + 4
-    points = [f"{float(x)!r} {float(y)!r} {b}" for x, y, b in [*fixed, *loads, *measured]]
+    points = [f"{float(x)} {float(y)} {b}" for x, y, b in [*fixed, *loads, *measured]]
     (folder / f"{name}.blk").write_text("\n".join([f"{len(blocks)} 0 {len(rows)}", f"{len(fixed)} {len(loads)} {len(measured)}",
                                                    *head, *rows, *points, ""]))
-    numbers = "".join(f"{' '.join(repr(float(x)) for x in rock)} 0 0 0 0 0 0 {' '.join(repr(float(x)) for x in v)}\n"
+    numbers = "".join(f"{' '.join(str(float(x)) for x in rock)} 0 0 0 0 0 0 {' '.join(str(float(x)) for x in v)}\n"
                       for v in velocity)
-    (folder / f"{name}.ana").write_text(f"{carried} {steps} {len(velocity)} 1 0.05 {dt!r}\n{numbers}{phi!r} {cohesion!r} {strength!r}\n"
+    (folder / f"{name}.ana").write_text(f"{carried} {steps} {len(velocity)} 1 0.05 {dt}\n{numbers}{phi} {cohesion} {strength}\n"
                                         f"&deck geometry='{name}.blk', dialect='short' /\n&output every=1 /\n{groups}\n")
     return scree.run(folder / f"{name}.ana", timeout=300)
 
@@ -99,7 +99,7 @@ def pushed(folder, change=lambda x: x, order=(0, 1, 2), groups="", size=1.0, for
 
     push = [np.array([60.0, -40.0]), np.array([-20.0, 5.0])]
     origin = change(np.zeros(2))
-    forces = " ".join(repr(float(x)) for p in push for x in (change(p) - origin) * force)
+    forces = " ".join(str(float(x)) for p in push for x in (change(p) - origin) * force)
     return run(folder, [np.array([change(x * size) for x in blocks[b]]) for b in order],
                f"{groups}\n&loads force={forces} /", fixed=there([(*x, 0) for x in blocks[0]]), loads=there(where),
                measured=there(measured), phi=25.0, **options)

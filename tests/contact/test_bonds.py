@@ -47,7 +47,7 @@ def test_a_soft_joint_is_stretched_and_holds(stretch, mode, tmp_path):
     2e-3 of the edge on the bond was not found again, and let go whatever its strength."""
     weight = 2.5 * G
     for share, falls in [(0.95, True), (1.05, False)]:
-        f = run(tmp_path, [box(-2, 0, 5, 1), box(0, -1, 1, 1)], f"{MODES[mode]}\n&joints kn={weight / stretch!r}, ks={weight / stretch!r} /",
+        f = run(tmp_path, [box(-2, 0, 5, 1), box(0, -1, 1, 1)], f"{MODES[mode]}\n&joints kn={weight / stretch}, ks={weight / stretch} /",
                 rock=(2.5, weight, 1e7, 0.0), strength=2 * share * weight, cohesion=2 * weight, steps=200, dt=0.02 * np.sqrt(stretch),
                 fixed=[(x, y, 1) for x, y in box(-2, 0, 5, 1)], measured=[(0.5, -0.5, 2)], name=f"{share}")
         u = f.measured_points.displacement[:, 0, 1]
@@ -252,7 +252,7 @@ def test_a_meshed_joint_gives_way_as_a_whole(edge, angle, tmp_path):
             push = side * share * cohesion * 3 / mass
             (tmp_path / "a.ana").write_text("\n".join([
                 "0 200 1 1 0.05 0.01", f"2500 25000 1e9 0 {'0 ' * 9}", f"0 {cohesion} 1e7", "&deck geometry='a.blk', dialect='short' /",
-                f"&support both=0 0 {5 * side} 0 /", f"&acceleration table=0 {push!r} 0  1 {push!r} 0 /",
+                f"&support both=0 0 {5 * side} 0 /", f"&acceleration table=0 {push} 0  1 {push} 0 /",
                 f"&cover edge={edge}, origin={0.13 * side} 0.21, angle={angle * side} /", "&method model='nmm' /", "&step balance=1e-6 /", ""]))
             done = scree.call("run", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet")
             assert scree.read(tmp_path / "a.h5").summary["status"].split(":")[0] == verdict, (side, share, done.stderr)

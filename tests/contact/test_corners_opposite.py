@@ -21,7 +21,7 @@ def deepest(folder, tilt, aside, mirrored, groups, size=1.0):
     (folder / "a.blk").write_text(block_file("opposite", [(1, b) for b in blocks], fixed, load=[(*(load * side), 2)]))
     force = 400 * 2500 * (SIDE * size)**2
     (folder / "a.ana").write_text("\n".join([
-        f"1 8 1 1 0.3 {5e-3 * np.sqrt(size)!r}", f"2500 0 {1e9 * size!r} 0.2 {'0 ' * 9}", "20 0 0", f"&loads force=0 {force!r} /",
+        f"1 8 1 1 0.3 {5e-3 * np.sqrt(size)}", f"2500 0 {1e9 * size} 0.2 {'0 ' * 9}", "20 0 0", f"&loads force=0 {force} /",
         "&deck geometry='a.blk', dialect='short' /", *groups, ""]))
     r = scree.run(folder / "a.ana", output=folder / "a.h5")
     assert r.history.contacts[-1, 1:].sum() > 0

@@ -47,7 +47,7 @@ def test_a_block_whose_corner_stands_on_a_joint_slides(mode, way, off, dt, tmp_p
     blocks = [box(-4, -0.5, 4, 0.5), box(0, -0.5, 6, 0.5), box(off, 0, 0.6, 0.4)]
     if way > 0:
         blocks = [np.array([(-x, y) for x, y in b[::-1]]) for b in blocks]
-    push = f"0 {-way * G * np.sin(angle)!r} {G * np.cos(angle)!r}"
+    push = f"0 {-way * G * np.sin(angle)} {G * np.cos(angle)}"
     f = run(tmp_path, blocks, f"{MODES[mode]}\n&support both=-6 -0.5 6 -0.5 /\n&acceleration table={push} 1e6 {push[2:]} /",
             rock=(2500, 0, 1e9, 0.2), phi=phi, steps=round(0.5 / dt), dt=dt, measured=[(*blocks[2].mean(0), 3)])
     expected = G * (np.sin(angle) - np.cos(angle) * np.tan(np.radians(phi))) * 0.5**2 / 2

@@ -19,8 +19,8 @@ def deepest(folder, push, tilt=0.0, mirrored=False, size=1.0, groups=()):
     (folder / "a.blk").write_text(block_file("diagonal", [(1, b) for b in blocks], [(*(0.9 * p + 0.1 * held.mean(0)), 1) for p in held],
                                              load=[(*pushed.mean(0), 2)]))
     (folder / "a.ana").write_text("\n".join([
-        f"1 10 1 1 0.3 {5e-3 * np.sqrt(size)!r}", f"2500 0 {1e10 * size!r} 0.2 {'0 ' * 9}", "16 0 0",
-        f"&loads force={float(force[0])!r} {float(force[1])!r} /", "&deck geometry='a.blk', dialect='short' /", *groups, ""]))
+        f"1 10 1 1 0.3 {5e-3 * np.sqrt(size)}", f"2500 0 {1e10 * size} 0.2 {'0 ' * 9}", "16 0 0",
+        f"&loads force={float(force[0])} {float(force[1])} /", "&deck geometry='a.blk', dialect='short' /", *groups, ""]))
     r = scree.run(folder / "a.ana", output=folder / "a.h5")
     moved = r.polygons(-1)[1] - r.polygons(0)[1]
     assert np.abs(moved).max() > 1e-3 * SIDE * size

@@ -18,15 +18,15 @@ def scene(folder, joints, groups="", size=1.0, carried=1, steps=100, dt=2e-3, yo
     above = [(1, block_files.box(-1, 4, height, 1.2) * size)] if roof else []
     held = block_files.held(base, 1) + (block_files.held(above[0][1], 3) if roof else [])
     (folder / "b.blk").write_text(block_files.block_file("b", [(1, base), (2, block), *above], held))
-    rest = f"{young * size!r} 0 0 {stress!r} 0 0 0 0 0 0 0"
-    (folder / "b.ana").write_text(f"{carried}\n{steps}\n2 1\n0.05\n{dt * size**0.5!r}\n2 0 {rest}\n2 {weight} {rest}\n30 0 0\n"
+    rest = f"{young * size} 0 0 {stress} 0 0 0 0 0 0 0"
+    (folder / "b.ana").write_text(f"{carried}\n{steps}\n2 1\n0.05\n{dt * size**0.5}\n2 0 {rest}\n2 {weight} {rest}\n30 0 0\n"
                                   f"&deck geometry='b.blk', dialect='short' /\n&joints {joints} /\n{groups}\n")
     return scree.run(folder / "b.ana")
 
 
 def shaken(size, *times_and_accelerations):
     """What pushes the block, as ground that gets away under it."""
-    rows = " ".join(f"{t * size**0.5!r} {-a!r} 0" for t, a in times_and_accelerations)
+    rows = " ".join(f"{t * size**0.5} {-a} 0" for t, a in times_and_accelerations)
     return f"&acceleration table={rows} /"
 
 
@@ -93,7 +93,7 @@ def test_a_block_between_walls_jams(size, tmp_path):
     push, kn, young, height, stress = 40.0, 1e4, 1e6, 0.2, 4e3
     pressing, at_first = push / PHI / 2, stress / (1 + 2 * young / (kn * height))
     exact = (pressing - at_first) * (2 / kn + height / young) / (2 * PSI) + pressing * PHI / kn
-    push_it = f"traction={push / height * size!r} 0 {push / height * size!r} 0"
+    push_it = f"traction={push / height * size} 0 {push / height * size} 0"
     r = scene(tmp_path, f"dilation=10, dilation_slip={size}, kn={kn}, ks={kn}", carried=0, size=size, dt=0.01, young=young, roof=True,
               weight=0, stress=-stress * size, steps=200,
               groups=f"&step balance=1e-7 /\n&stage name='push' /\n&boundary lines=0 0 0 {height * size}, pressure=0 0, {push_it} /")

@@ -14,7 +14,7 @@ STATIC = {"carried": 0, "steps": 60, "dt": 1.0}
 
 
 def joints(kn=KN, ks=KS):
-    return f"\n&joints kn={kn!r}, ks={ks!r} /"
+    return f"\n&joints kn={kn}, ks={ks} /"
 
 
 def split(corners, n, side):

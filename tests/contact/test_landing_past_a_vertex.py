@@ -26,7 +26,7 @@ def test_with_multipliers(at, tilt, aside, phi, mirrored, tmp_path):
         held, pushed, fixed, load, force = (held * side)[::-1], (pushed * side)[::-1], fixed * side, load * side, force * side
     (tmp_path / "a.blk").write_text(block_file("past", [(1, held), (1, pushed)], [(*p, 1) for p in fixed], load=[(*load, 2)]))
     (tmp_path / "a.ana").write_text("\n".join([
-        "1 10 1 1 0.3 5e-3", f"2500 0 1e9 0.2 {'0 ' * 9}", f"{phi} 0 0", f"&loads force={float(force[0])!r} {float(force[1])!r} /",
+        "1 10 1 1 0.3 5e-3", f"2500 0 1e9 0.2 {'0 ' * 9}", f"{phi} 0 0", f"&loads force={float(force[0])} {float(force[1])} /",
         "&deck geometry='a.blk', dialect='short' /", "&contact method='augmented' /", ""]))
     r = scree.run(tmp_path / "a.ana", output=tmp_path / "a.h5")
     assert r.history.contacts[:, 1:].max() > 0

@@ -19,7 +19,7 @@ def shear(folder, push, joints, phi=30, cohesion=0, stress=100.0, size=1.0, grou
     rock = f"2 0 {1e5 * stress} 0 0 0 0 0 0 0 0 0 0"
     along = push * LENGTH / HEIGHT
     (folder / "shear.ana").write_text(
-        f"{carried}\n{steps}\n2 1\n0.05\n{dt!r}\n{rock}\n{rock}\n{phi} {cohesion} 0\n&deck geometry='shear.blk', dialect='short' /\n"
+        f"{carried}\n{steps}\n2 1\n0.05\n{dt}\n{rock}\n{rock}\n{phi} {cohesion} 0\n&deck geometry='shear.blk', dialect='short' /\n"
         f"&joints {joints} /\n&boundary lines={top} {left}, pressure={stress} {stress} 0 0, traction=0 0 0 0 {along} 0 {along} 0 /\n"
         f"{groups}\n{method}\n")
     return scree.run(folder / "shear.ana")
@@ -77,9 +77,9 @@ def test_weight_and_shear_that_come_together(joints, cohesion, limit, dt, method
     bolt = {}
     for share in (0.95, 1.05):
         (tmp_path / "b.ana").write_text(
-            f"0 300 2 1 0.05 {dt!r}\n2500 0 1e10 0.2 {at_rest}\n2500 24525 1e10 0.2 {at_rest}\n25 {cohesion} 0\n"
+            f"0 300 2 1 0.05 {dt}\n2500 0 1e10 0.2 {at_rest}\n2500 24525 1e10 0.2 {at_rest}\n25 {cohesion} 0\n"
             f"&deck geometry='b.blk', dialect='short' /\n&step balance=1e-4 /\n&joints {joints} /\n{method}\n"
-            f"&loads force={share * 2 * limit!r} 0 /\n&bolts ends=-6 .02 0 .02, stiffness=1e8, outside='ground' /\n")
+            f"&loads force={share * 2 * limit} 0 /\n&bolts ends=-6 .02 0 .02, stiffness=1e8, outside='ground' /\n")
         r = scree.run(tmp_path / "b.ana")
         assert r.scene.status == "complete"
         bolt[share] = abs(r.bolts.force[-1, 0])

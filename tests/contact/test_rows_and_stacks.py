@@ -20,10 +20,10 @@ DEEP = 0.5  # height of the blocks of a row
 def run(folder, blocks, fixed, *, steps, dt=5e-3, young=YOUNG, phi=0.0, group="", speed=(0.0, 0.0)):
     """Runs blocks under gravity. The last of them begins with a velocity."""
     materials = [1] * (len(blocks) - 1) + [2]
-    rock = f"{DENSITY!r} {DENSITY * G!r} {young!r} 0.2 {'0 ' * 6}"
+    rock = f"{DENSITY} {DENSITY * G} {young} 0.2 {'0 ' * 6}"
     (folder / "a.blk").write_text(block_file("A random scene", list(zip(materials, blocks)), fixed))
     (folder / "a.ana").write_text("\n".join([
-        f"1 {steps} 2 1 0.05 {dt!r}", f"{rock} 0 0 0", f"{rock} {speed[0]!r} {speed[1]!r} 0", f"{phi!r} 0 0",
+        f"1 {steps} 2 1 0.05 {dt}", f"{rock} 0 0 0", f"{rock} {speed[0]} {speed[1]} 0", f"{phi} 0 0",
         "&deck geometry='a.blk', dialect='short' /", "&output every=1 /", group, ""]))
     return scree.run(folder / "a.ana", output=folder / "a.h5", timeout=300)
 

@@ -11,7 +11,7 @@ FIXED = [(-3.9, -0.9, 1), (3.9, -0.9, 1)]
 def run(folder, blocks, material, groups, steps, dt=2e-3, phi=20, fixed=FIXED):
     (folder / "a.blk").write_text(block_file("balance", [(k + 1, x) for k, x in enumerate(blocks)], fixed))
     (folder / "a.ana").write_text("\n".join([
-        f"1 {steps} {len(blocks)} 1 0.05 {dt!r}", *material, f"{phi} 0 0", "&deck geometry='a.blk', dialect='short' /",
+        f"1 {steps} {len(blocks)} 1 0.05 {dt}", *material, f"{phi} 0 0", "&deck geometry='a.blk', dialect='short' /",
         "&output every=1 /", "&iteration test='residual' /", *groups, ""]))
     return scree.run(folder / "a.ana", output=folder / "a.h5")
 

@@ -25,9 +25,9 @@ def slide(folder, floor, groups, velocity=3.0, dt=4e-3, phi=0.0, slider=None, ti
                                              [(x * size, y * size, k) for x, y, k in held]))
     scale = np.sqrt(size)
     (folder / "a.ana").write_text("\n".join([
-        f"1 {round(time / dt)} 2 1 0.05 {dt * scale!r}", f"2500 0 {E * size!r} 0 {'0 ' * 9}",
-        f"2500 25000 {E * size!r} 0 {'0 ' * 6} {velocity * scale!r} 0 0", f"{phi} 0 0", "&deck geometry='a.blk', dialect='short' /",
-        f"&gravity ramp={ramp * scale!r} /" if ramp else "", *groups, ""]))
+        f"1 {round(time / dt)} 2 1 0.05 {dt * scale}", f"2500 0 {E * size} 0 {'0 ' * 9}",
+        f"2500 25000 {E * size} 0 {'0 ' * 6} {velocity * scale} 0 0", f"{phi} 0 0", "&deck geometry='a.blk', dialect='short' /",
+        f"&gravity ramp={ramp * scale} /" if ramp else "", *groups, ""]))
     r = scree.run(folder / "a.ana", output=folder / "a.h5")
     y = r.bodies.centroid[:, 0 if slider_first else -1, 1] / size
     return (y[0] - y)[y.size // 3:], r

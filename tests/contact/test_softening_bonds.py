@@ -19,10 +19,10 @@ def joined(folder, way, groups, *, along=(0, 1), steps=12, static=True, cohesion
     (folder / f"{name}.blk").write_text(block_file("pair", [(1, upper, [2, 1, 1, 1]), (1, lower, [1, 1, 2, 1])], fixed))
     dt = 1.0 if static else 0.01
     places = way if along is None else [(u * along[0], u * along[1]) for u in way]
-    table = " ".join(f"{i * steps * dt!r} {x!r} {y!r}" for i, (x, y) in enumerate(places))
+    table = " ".join(f"{i * steps * dt} {x} {y}" for i, (x, y) in enumerate(places))
     (folder / f"{name}.ana").write_text("\n".join([
         f"{0 if static else 1} {steps * (len(way) - 1)} 1 2 0.05 {dt} 0", " ".join([str(len(way))] * 4 + ["0"] * 4), *[table] * 4,
-        f"2500 0 {young!r} 0 0 0 0 0 0 0 0 0 0", "0 0 0", f"{phi} {cohesion} {T}",
+        f"2500 0 {young} 0 0 0 0 0 0 0 0 0 0", "0 0 0", f"{phi} {cohesion} {T}",
         f"&deck geometry='{name}.blk', dialect='shi' /", groups, "&output every=1 /", ""]))
     return scree.run(folder / f"{name}.ana", timeout=300) if run else folder / f"{name}.ana"
 
@@ -102,11 +102,11 @@ def test_a_strip_runs_at_the_opening_of_griffith_whatever_its_crack(length, tmp_
     xs = sorted(set(np.round(np.concatenate([np.arange(0, whole + 1e-9, edge / 2), [whole]]), 12)))
     fixed = [(x, height, 1) for x in xs] + [(x, -height, 2) for x in xs]
     (tmp_path / "strip.blk").write_text(block_file("strip", [(1, upper, [1, 2, 1, 1, 1]), (1, lower, [1, 1, 2, 1, 1])], fixed))
-    tables = [f"0 0 0 1 0 {s * 0.9 * reach!r} 12 0 {s * 1.03 * reach!r}" for s in [1] * len(xs) + [-1] * len(xs)]
+    tables = [f"0 0 0 1 0 {s * 0.9 * reach} 12 0 {s * 1.03 * reach}" for s in [1] * len(xs) + [-1] * len(xs)]
     (tmp_path / "strip.ana").write_text("\n".join([
         "0 12 1 2 0.05 1 0", " ".join(["3"] * len(fixed)), *tables, f"2500 0 {young} 0 0 0 0 0 0 0 0 0 0", "0 0 0",
         f"45 {10 * strength} {strength}", "&deck geometry='strip.blk', dialect='shi' /", "&method model='nmm', strain='small' /",
-        f"&cover edge={edge!r}, origin=0 0 /", f"&joints energy=0 {energy!r} /", "&output every=1 /", ""]))
+        f"&cover edge={edge}, origin=0 0 /", f"&joints energy=0 {energy} /", "&output every=1 /", ""]))
     r = scree.run(tmp_path / "strip.ana", timeout=600)
     runs = None
     for k in range(1, r.n_frames):

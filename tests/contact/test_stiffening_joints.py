@@ -20,8 +20,8 @@ def scene(folder, groups, joints=f"kn={KN}, ks={KN}, closure={MOST}", size=1.0, 
     """A block of 1 by 0.2, density 2, unit weight 20, on a base, in units in which its weight is that above."""
     base, block = block_files.box(-1, 4, -1, 0) * size, block_files.box(0, 1, 0, 0.2) * size
     (folder / "b.blk").write_text(block_files.block_file("b", [(1, base), (2, block)], block_files.held(base, 1)))
-    rest = f"{young * size!r} 0 0 0 0 0 0 0 0 0 0"
-    (folder / "b.ana").write_text(f"{carried}\n{steps}\n2 1\n0.05\n{dt * size**0.5!r}\n2 0 {rest}\n2 20 {rest}\n30 0 0\n"
+    rest = f"{young * size} 0 0 0 0 0 0 0 0 0 0"
+    (folder / "b.ana").write_text(f"{carried}\n{steps}\n2 1\n0.05\n{dt * size**0.5}\n2 0 {rest}\n2 20 {rest}\n30 0 0\n"
                                   f"&deck geometry='b.blk', dialect='short' /\n&joints {joints} /\n{groups}\n")
     return scree.run(folder / "b.ana")
 

@@ -21,14 +21,14 @@ def slid(folder, speed, end, *settings, step=1e-3, scale=1.0):
     for i in [*range(5, 10), *range(13, 18), *range(21, 25), 25]:  # vertices, then fixed and measured points
         words = rows[i].split()
         at = 0 if i >= 21 else 1
-        rows[i] = " ".join([*words[:at], *(repr(float(word) * scale) for word in words[at:at + 2]), *words[at + 2:]])
+        rows[i] = " ".join([*words[:at], *(str(float(word) * scale) for word in words[at:at + 2]), *words[at + 2:]])
     (folder / "slope.blk").write_text("\n".join(rows) + "\n")
     deck = folder / "wear.ana"
-    deck.write_text(f"1 {round(end / step)} 2 1 0.05 {step * time!r}\n"
-                    f"2500 0 {1e10 * scale!r} 0.25  0 0 0  0 0 0  0 0 0\n"
-                    f"2500 24525 {1e10 * scale!r} 0.25  0 0 0  0 0 0  {velocity[0]!r} {velocity[1]!r} 0\n"
+    deck.write_text(f"1 {round(end / step)} 2 1 0.05 {step * time}\n"
+                    f"2500 0 {1e10 * scale} 0.25  0 0 0  0 0 0  0 0 0\n"
+                    f"2500 24525 {1e10 * scale} 0.25  0 0 0  0 0 0  {velocity[0]} {velocity[1]} 0\n"
                     "35 0 0\n&deck geometry='slope.blk', dialect='short' /\n"
-                    f"&joints residual_phi=20, residual_slip={SLIP * scale!r} /\n")
+                    f"&joints residual_phi=20, residual_slip={SLIP * scale} /\n")
     run = scree.run(deck, output=folder / "wear.h5", settings=settings)
     return run, np.linalg.norm(run.measured_points.displacement[-1, 0]) / scale
 

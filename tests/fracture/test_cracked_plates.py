@@ -11,7 +11,7 @@ YOUNG, NU = 2e10, 0.25
 def turned(numbers, angle):
     """Places or vectors, x y in turn, turned about the origin."""
     z = np.asarray(numbers, float).reshape(-1, 2) @ [1, 1j] * np.exp(1j * math.radians(angle))
-    return " ".join(f"{part!r}" for w in z for part in (w.real.item(), w.imag.item()))
+    return " ".join(f"{part}" for w in z for part in (w.real.item(), w.imag.item()))
 
 
 def plate(folder, beta, a, half, edge, groups=(), load=1e6, phi=30, angle=0.0, numbers="0 60"):

@@ -41,7 +41,7 @@ def holes(rnd):
         n, turn, middle = rnd.randrange(3, 8), rnd.random(), (rnd.uniform(5, width - 5), rnd.uniform(5, height - 5))
         corners = [(middle[0] + r * math.cos(turn + 2 * math.pi * i / n), middle[1] + r * math.sin(turn + 2 * math.pi * i / n))
                    for i in range(n) for r in [rnd.uniform(0.5, 4)]]
-        groups.append("&tunnel x={}, y={} /".format(*(" ".join(repr(c[k]) for c in corners) for k in (0, 1))))
+        groups.append("&tunnel x={}, y={} /".format(*(" ".join(str(c[k]) for c in corners) for k in (0, 1))))
     return width, height, groups
 
 
@@ -55,7 +55,7 @@ def scaled(group, scale):
     for part in rest.rstrip(" /").split(", "):
         key, _, values = part.partition("=")
         if key in ("x", "y", "centre", "radius", "spacing", "length", "bridge"):
-            values = " ".join(repr(float(v) * scale) for v in values.split())
+            values = " ".join(str(float(v) * scale) for v in values.split())
         words.append(f"{key}={values}")
     return f"{name} {', '.join(words)} /"
 

@@ -42,7 +42,7 @@ def random_cover(rnd, lines, far):
             angle = float(np.degrees(np.arctan2(line[3] - line[1], line[2] - line[0])))
         if rnd.random() < 0.5:
             edge = WIDTH / rnd.randrange(3, 7)
-    return f"edge={edge!r}, angle={angle!r}, origin={origin[0]!r} {origin[1]!r}"
+    return f"edge={edge}, angle={angle}, origin={origin[0]} {origin[1]}"
 
 
 def gmsh_file(rnd, lines):
@@ -65,7 +65,7 @@ def gmsh_file(rnd, lines):
                 triangles.append(triangle if rnd.random() < 0.5 else triangle[::-1])
     text = ["$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$Nodes", f"1 {len(tags)} {min(tags)} {max(tags)}", f"2 1 0 {len(tags)}"]
     text += map(str, tags)
-    text += [f"{float(x)!r} {float(y)!r} 0" for x, y in places]
+    text += [f"{float(x)} {float(y)} 0" for x, y in places]
     text += ["$EndNodes", "$Elements", f"2 {len(triangles) + 1} 1 {len(triangles) + 1}", "1 1 1 1", f"1 {tags[0]} {tags[1]}",
              f"2 1 2 {len(triangles)}"]
     text += [f"{k} {a} {b} {c}" for k, (a, b, c) in enumerate(triangles, 2)]

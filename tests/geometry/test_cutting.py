@@ -77,7 +77,7 @@ def examine(seed, folder):
         most = float(enclosed_area(lengthened(here, CLOSED * extent)))
         whole = min(max(sum(areas), least), most)
         if abs(sum(areas) - whole) > SHARE * whole or most > (1 + 100 * SHARE) * least:
-            wrong["sum"] = f"{sum(areas)!r} is not between {least!r} and {most!r}"
+            wrong["sum"] = f"{sum(areas)} is not between {least} and {most}"
     if min(areas) <= 0:
         wrong["sum"] = f"an area of {min(areas)}"
 
@@ -86,7 +86,7 @@ def examine(seed, folder):
     blocks = [polygon_of(p, origin) for p in polygons]
     union = unary_union([b if b.is_valid else b.buffer(0) for b in blocks]).area
     if abs(union - whole) > rounding:
-        wrong["overlap"] = f"union {union!r} instead of {whole!r}"
+        wrong["overlap"] = f"union {union} instead of {whole}"
 
     # another order of the lines, and of the ends of each
     rnd = random.Random(-seed)
@@ -111,7 +111,7 @@ def examine(seed, folder):
     union = unary_union(blocks)
     outline = unary_union([Polygon(part.exterior) for part in getattr(union, "geoms", [union])]).area
     if min(areas) <= 0 or abs(sum(areas) - outline) > rounding:
-        wrong["snapped"] = f"sum {sum(areas)!r}, outline {outline!r}"
+        wrong["snapped"] = f"sum {sum(areas)}, outline {outline}"
     if abs(sum(b.area for b in blocks) - union.area) > rounding:
         wrong["snapped"] = f"blocks overlap by {sum(b.area for b in blocks) - union.area}"
     return report

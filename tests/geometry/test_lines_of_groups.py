@@ -17,14 +17,14 @@ TRACE = [(4.6, 0.9, 5, 0.003), (5, 0.003, 5.2, 0.5), (5.2, 0.5, 5.5, 0)]
 
 def scene(folder, lines, n_boundary, groups, deck="", steps=40, e0=0.001, unit=1.0):
     """Writes decks of lines in a unit of length; the line x=... of groups holds numbers in it."""
-    rows = "\n".join(" ".join(repr(unit * x) for x in line) + " 1" for line in lines)
+    rows = "\n".join(" ".join(str(unit * x) for x in line) + " 1" for line in lines)
     (folder / "g.geo").write_text(f"{e0}\n{len(lines)} {n_boundary} 0 0 0 0 0 0\n{rows}\n")
     (folder / "g.ana").write_text(ANALYSIS.format(groups=groups, deck=deck, steps=steps, young=1e10 * unit**2))
     return folder / "g.ana"
 
 
 def numbers(*values, unit=1.0):
-    return " ".join(repr(unit * x) for x in values)
+    return " ".join(str(unit * x) for x in values)
 
 
 @pytest.mark.parametrize("unit", (1e-3, 1.0, 1e3))

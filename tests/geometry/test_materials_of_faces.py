@@ -38,7 +38,7 @@ def test_each_block_has_its_own_materials(seed, tmp_path):
     """A face had the material of the first block's in the file, on both sides: a block lost all of its friction so."""
     rnd = random.Random(seed)
     blocks = wall(rnd)
-    cover = rnd.choice(["edge=0.5", "edge=0.5, origin=0.1 0.2, angle=20", f"edge={rnd.uniform(0.3, 3)!r}, origin=0.123 0.0771"])
+    cover = rnd.choice(["edge=0.5", "edge=0.5, origin=0.1 0.2, angle=20", f"edge={rnd.uniform(0.3, 3)}, origin=0.123 0.0771"])
     (tmp_path / "a.blk").write_text(block_file("wall", blocks))
     (tmp_path / "a.ana").write_text("\n".join([
         "1 1 1 4 0.05 0.001", "2500 25000 1e9 0.25" + " 0" * 9, *["30 0 0"] * 4,

@@ -9,10 +9,10 @@ def sinks(folder, at, cover, size=1.0):
     x, y = at
     corners = [(x, y), (x + 10, y), (x + 10, y + 10), (x, y + 10)]
     lines = [(*corners[i], *corners[(i + 1) % 4], 1) for i in range(4)] + [(x, y + 4, x + 10, y + 4, 1)]
-    text = lambda numbers: " ".join(repr(float(n) * size) for n in numbers)
+    text = lambda numbers: " ".join(str(float(n) * size) for n in numbers)
     (folder / "a.geo").write_text("\n".join(["0.001", "5 0", *"0000", "1", "0", *(f"{text(r[:4])} 1" for r in lines), text((x + 5, y + 9)), ""]))
     (folder / "a.ana").write_text("\n".join([
-        "0 40 1 1 0.05 0.05", f"2500 25000 {1e9 * size!r} 0.25", "0 0 0", "0 0 0", "0 0 0", "45 0 0", "&deck geometry='a.geo' /",
+        "0 40 1 1 0.05 0.05", f"2500 25000 {1e9 * size} 0.25", "0 0 0", "0 0 0", "0 0 0", "45 0 0", "&deck geometry='a.geo' /",
         "&method model='nmm' /", f"&cover {cover} /",
         f"&support x={text((x, y, x, y + 10, x + 10, y, x + 10, y + 10))}, y={text((x, y, x + 10, y))} /", "&step balance=1e-6 /", ""]))
     r = scree.run(folder / "a.ana", output=folder / "a.h5")
@@ -41,7 +41,7 @@ def test_a_file_whose_nodes_are_off(off, tmp_path):
     three += [(a, a + n + 4, a + n + 3) for a, _, _ in three]
     (tmp_path / "a.msh").write_text("\n".join([
         "$MeshFormat", "4.1 0 8", "$EndMeshFormat", "$Nodes", f"1 {len(node)} 1 {len(node)}", f"2 1 0 {len(node)}",
-        *(str(k + 1) for k in range(len(node))), *(f"{x!r} {y!r} 0" for x, y in node.tolist()), "$EndNodes",
+        *(str(k + 1) for k in range(len(node))), *(f"{x} {y} 0" for x, y in node.tolist()), "$EndNodes",
         "$Elements", f"1 {len(three)} 1 {len(three)}", f"2 1 2 {len(three)}",
         *(f"{k + 1} {a + 1} {b + 1} {c + 1}" for k, (a, b, c) in enumerate(three)), "$EndElements", ""]))
     assert sinks(tmp_path, (0, 0), "mesh='a.msh'") == pytest.approx(1.174e-4, rel=3e-2)

@@ -12,7 +12,7 @@ SQUARE = ["0 0 10 0 1", "10 0 10 10 1", "10 10 0 10 1", "0 10 0 0 1"]
 
 def cut(folder, joints, least=None, boundary=SQUARE, holes=()):
     """The blocks of a map: their number, polygons, and what the program said."""
-    groups = "" if least is None else f"&blocks least_area={least!r} /\n"
+    groups = "" if least is None else f"&blocks least_area={least} /\n"
     lines = [*boundary, *joints]
     (folder / "m.geo").write_text("\n".join([f"1e-6 {len(lines)} {len(boundary)} 0 0 0 0 0 {len(holes)}", *lines, *holes, groups]))
     done = scree.call("cut", "m.geo", cwd=folder)

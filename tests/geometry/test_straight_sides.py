@@ -77,7 +77,7 @@ def bent(folder, seed):
     for line in lines:
         share = covered(line, edges, SHARE * size)
         if abs(share - 1) > SHARE:
-            return f"rock {seed} ({kind}, e0 {e0}, unit {unit}): blocks have {share!r} of the side {line}"
+            return f"rock {seed} ({kind}, e0 {e0}, unit {unit}): blocks have {share} of the side {line}"
     return ""
 
 

@@ -25,7 +25,7 @@ def test_blocks_of_a_map_are_its_rock_and_as_many_as_its_faces(n, e0, tmp_path):
     corners, traces, e = trace_map(n, e0, n)
     boundary = [a + b for a, b in zip(corners, corners[1:] + corners[:1])]
     joints = [a + b for trace in traces for a, b in zip(trace, trace[1:])]
-    (tmp_path / "m.geo").write_text(f"{e0!r} {len(boundary) + len(joints)} {len(boundary)} 0 0 0 0 0 0\n"
+    (tmp_path / "m.geo").write_text(f"{e0} {len(boundary) + len(joints)} {len(boundary)} 0 0 0 0 0 0\n"
                                     + "".join(" ".join(map(repr, line)) + " 1\n" for line in boundary + joints))
     done = scree.call("cut", "m.geo", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

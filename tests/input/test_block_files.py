@@ -167,7 +167,7 @@ def test_what_the_cutter_writes_is_read_again(tmp_path):
     random = np.random.default_rng(5)
     lines = [(0, 0, 1, 0), (1, 0, 1, 1), (1, 1, 0, 1), (0, 1, 0, 0), *random.random((40, 4)),
              (.30, .30, .31, .30), (.31, .30, .30, .31), (.30, .31, .30, .30)]
-    (tmp_path / "r.geo").write_text(f"0 {len(lines)} 4 0 0 0 0 0 0\n" + "".join(f"{a!r} {b!r} {c!r} {d!r} 1\n"
+    (tmp_path / "r.geo").write_text(f"0 {len(lines)} 4 0 0 0 0 0 0\n" + "".join(f"{a} {b} {c} {d} 1\n"
                                                                             for a, b, c, d in np.array(lines).tolist()))
     areas = []
     for words in (["r.geo", "-o", "r.blk"], ["r.blk", "-o", "s.blk"]):

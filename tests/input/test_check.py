@@ -31,12 +31,12 @@ def deck(folder, blocks=COLUMN, fixed=CORNERS, length=1.0, rock=(2500.0, 24525.0
     head, rows, at = [], [], 1
     for corners in blocks:
         head.append(f"1 {at} {at + len(corners) - 1}")
-        rows += [f"1 {float(x) * length!r} {float(y) * length!r}" for x, y in [*corners, corners[0]]] + ["0 0 0"] * 3
+        rows += [f"1 {float(x) * length} {float(y) * length}" for x, y in [*corners, corners[0]]] + ["0 0 0"] * 3
         at += len(corners) + 4
-    points = [f"{x * length!r} {y * length!r} {b}" for x, y, b in fixed]
+    points = [f"{x * length} {y * length} {b}" for x, y, b in fixed]
     (folder / "a.blk").write_text("\n".join([f"{len(blocks)} 0 {len(rows)}", f"{len(fixed)} 0 0", *head, *rows, *points, ""]))
     density, weight, young = rock
-    (folder / "a.ana").write_text(f"{carried} {steps} 1 1 0.05 {dt}\n{density!r} {weight!r} {young!r} 0.25\n{stress} 0 0 0\n{phi!r} 0 0\n"
+    (folder / "a.ana").write_text(f"{carried} {steps} 1 1 0.05 {dt}\n{density} {weight} {young} 0.25\n{stress} 0 0 0\n{phi} 0 0\n"
                                   f"&deck geometry='a.blk', dialect='short' /\n{groups}\n")
 
 
@@ -166,7 +166,7 @@ def stressed(folder, held, stress, **options):
     deck(folder, blocks, fixed, stress=stress, **options)
 
 
-K0 = f"{-1.5 * 24525!r} {-3 * 24525.0!r} 0 {24525 / 2!r} 24525 0"  # of its weight below y = 3, and half of that across
+K0 = f"{-1.5 * 24525} {-3 * 24525.0} 0 {24525 / 2} 24525 0"  # of its weight below y = 3, and half of that across
 
 
 @pytest.mark.parametrize("groups", ["", "&method model='nmm' /"])

@@ -40,7 +40,7 @@ def test_a_strength_in_another_unit_is_warned_of(written, unit, strength, tmp_pa
     """Of a bank of 4 m; a factor of 1000 shows where the strength is not usual for that."""
     _, rock = UNITS[unit]
     c = strength * UNITS[written][0]
-    warnings = joint(tmp_path, f"30 {c!r} {0.1 * c!r}", rock=rock)
+    warnings = joint(tmp_path, f"30 {c} {0.1 * c}", rock=rock)
     factor = UNITS[written][0] / UNITS[unit][0]
     if factor == 1:
         assert warnings == []

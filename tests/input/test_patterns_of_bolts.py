@@ -28,7 +28,7 @@ def same(a, b):
 
 
 def ends_text(ends):
-    return " ".join(repr(float(value)) for end in ends for value in end)
+    return " ".join(str(float(value)) for end in ends for value in end)
 
 
 @pytest.mark.parametrize("where", ["in_geometry", "groups"])

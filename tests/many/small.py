@@ -13,9 +13,9 @@ def decks(folder, blocks, *, time, step=0.005, phi=30.0, gravity=G, tilt=0.0, jo
     (folder / f"{name}.blk").write_text(block_file(name, [(m, turned(b, -np.radians(tilt))) for m, b in blocks],
                                                    [(*turned(np.array([p[:2]]), -np.radians(tilt))[0], *p[2:]) for p in fixed], load,
                                                    measured))
-    rows = [f"{carried} {max(1, round(time / step))} 2 {1 if joints is None else len(joints)} 0.05 {step!r}"]
-    rows += [f"{DENSITY} {DENSITY * gravity!r} 1e10 0.25 0 0 0 0 0 0 {v[0]!r} {v[1]!r} {v[2]!r}" for v in ((0, 0, 0), velocity)]
-    rows += [f"{phi!r} {joint}"] if joints is None else joints
+    rows = [f"{carried} {max(1, round(time / step))} 2 {1 if joints is None else len(joints)} 0.05 {step}"]
+    rows += [f"{DENSITY} {DENSITY * gravity} 1e10 0.25 0 0 0 0 0 0 {v[0]} {v[1]} {v[2]}" for v in ((0, 0, 0), velocity)]
+    rows += [f"{phi} {joint}"] if joints is None else joints
     rows += ["&deck dialect='short' /", f"&integrator scheme='{scheme}' /" if scheme else "", groups, ""]
     (folder / f"{name}.ana").write_text("\n".join(rows))
     return [folder / f"{name}.blk", folder / f"{name}.ana"]

@@ -13,7 +13,7 @@ def test_a_block_swings_about_its_pin(tmp_path):
     files = decks(tmp_path, [(1, box(0, 1, 0, 1))], time=1.0, step=5e-4)
     files[0].write_text(pendulum(5.0))
     omega = np.sqrt(G * np.sqrt(0.5) / (2 / 3)) * (1 - np.radians(5)**2 / 16)
-    result = scree.run(*files, output=tmp_path / "x.h5", settings=["step.sleep=0", f"step.end_time={np.pi / omega!r}"])
+    result = scree.run(*files, output=tmp_path / "x.h5", settings=["step.sleep=0", f"step.end_time={np.pi / omega}"])
     assert result.bodies.rotation[-1, 0] == pytest.approx(-2 * np.radians(5), rel=2e-3)
     energy = result.history.energy
     assert abs(energy.dissipated).max() < 1e-3 * DENSITY * G * np.sqrt(0.5) * (1 - np.cos(np.radians(5)))
@@ -25,7 +25,7 @@ def test_a_block_on_rollers_falls_along_them(tmp_path):
     """Rollers along a side that is turned by 30 degrees hold it across, and it slides as Newton has it."""
     corners = turned(box(0, 1, 0, 1), -np.radians(30))
     (a, b) = corners[0], corners[1]
-    groups = f"&support normal={a[0]!r} {a[1]!r} {b[0]!r} {b[1]!r} /"
+    groups = f"&support normal={a[0]} {a[1]} {b[0]} {b[1]} /"
     files = decks(tmp_path, [(2, box(0, 1, 0, 1))], time=1.0, groups=groups, fixed=[])
     files[0].write_text(block_file("x", [(2, corners)], []))
     result = scree.run(*files, output=tmp_path / "x.h5")
@@ -53,8 +53,8 @@ def test_a_bolt_bears_a_block(tmp_path):
     blocks = [(1, CEILING), (2, box(-0.5, 0.5, 1.5, 2.5))]
     result = run(tmp_path, blocks, "step.sleep=0", time=4.0, groups=groups)
     assert ways(result)[0] == pytest.approx(DENSITY * G / stiffness, rel=1e-2)
-    weak = run(tmp_path, blocks, "step.sleep=0", f"bolts.strength={0.98 * DENSITY * G!r}", time=2.0, groups=groups, name="weak")
-    strong = run(tmp_path, blocks, "step.sleep=0", f"bolts.strength={2.1 * DENSITY * G!r}", time=2.0, groups=groups, name="strong")
+    weak = run(tmp_path, blocks, "step.sleep=0", f"bolts.strength={0.98 * DENSITY * G}", time=2.0, groups=groups, name="weak")
+    strong = run(tmp_path, blocks, "step.sleep=0", f"bolts.strength={2.1 * DENSITY * G}", time=2.0, groups=groups, name="strong")
     assert ways(weak)[0] > 10 * ways(strong)[0]
 
 

@@ -21,9 +21,9 @@ W = math.sqrt(12 * E / RHO)  # 1/s, of a free square of 1 m, nu 0, that breathes
 def square(folder, steps, dt, *settings, unit_weight=0.0, speed=0.0, stress=0.0, edge=1.0, groups=""):
     folder.mkdir(exist_ok=True)
     corners = [(0, 0), (edge, 0), (edge, edge), (0, edge), (0, 0)]
-    (folder / "b.blk").write_text("\n".join(["1 0 8", "0 0 1", "1 1 4", *(f"1 {x!r} {y!r}" for x, y in corners), *3 * ["0 0 0"],
-                                             f"{edge / 2!r} {edge / 2!r} 1", ""]))
-    (folder / "b.ana").write_text(f"1 {steps} 1 1 0.05 {dt!r} {RHO} {unit_weight} {E} 0 {stress!r} 0 0 0 0 0 {speed} 0 0 0 0 0\n"
+    (folder / "b.blk").write_text("\n".join(["1 0 8", "0 0 1", "1 1 4", *(f"1 {x} {y}" for x, y in corners), *3 * ["0 0 0"],
+                                             f"{edge / 2} {edge / 2} 1", ""]))
+    (folder / "b.ana").write_text(f"1 {steps} 1 1 0.05 {dt} {RHO} {unit_weight} {E} 0 {stress} 0 0 0 0 0 {speed} 0 0 0 0 0\n"
                                   f"&deck geometry='b.blk' /\n{groups}\n")
     return scree.run(folder / "b.ana", settings=[BATHE, *settings])
 
@@ -89,9 +89,9 @@ def pendulum(folder, dt, turns, *settings):
     period = 2 * math.pi * l / v
     blocks = [(1, block_files.box(-1, 1, -0.5, 0.5)), (1, block_files.box(-0.05, 0.05, -l - 0.05, -l + 0.05))]
     (folder / "p.blk").write_text(block_files.block_file("pendulum", blocks, block_files.held(blocks[0][1], 1), measured=[(0, -l, 2)]))
-    (folder / "p.ana").write_text(f"1 {round(turns * period / dt)} 1 1 0.05 {dt!r} 1000 0 1e10 0 0 0 0 0 0 0 {v} 0 0 0 0 0\n"
+    (folder / "p.ana").write_text(f"1 {round(turns * period / dt)} 1 1 0.05 {dt} 1000 0 1e10 0 0 0 0 0 0 0 {v} 0 0 0 0 0\n"
                                   "&deck geometry='p.blk' /\n&method strain='green' /\n&contact method='none' /\n"
-                                  f"&bolts ends=0 0 0 {-l}, stiffness={k!r} /\n")
+                                  f"&bolts ends=0 0 0 {-l}, stiffness={k} /\n")
     return scree.run(folder / "p.ana", settings=settings), period
 
 

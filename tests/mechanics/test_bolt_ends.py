@@ -15,7 +15,7 @@ def deck(folder, head, words="", model="dda"):
     (folder / "a.ana").write_text("\n".join([
         "1 50 1 1 0.05 0.01", "2500 25000 1e10 0.2" + " 0" * 9, "0 0 0", "&deck geometry='a.blk', dialect='short' /",
         f"&method model='{model}' /", "&cover edge=0.7 /" if model == "nmm" else "", "&acceleration table=0 -1 0  1e9 -1 0 /",
-        f"&bolts ends=0.5 {head - LENGTH!r} 0.5 {head!r}, stiffness=1e6, pretension=1000{words} /", ""]))
+        f"&bolts ends=0.5 {head - LENGTH} 0.5 {head}, stiffness=1e6, pretension=1000{words} /", ""]))
     return folder / "a.ana"
 
 

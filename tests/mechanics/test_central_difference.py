@@ -17,8 +17,8 @@ SAFE = 0.8 * 2 / W
 def blocks(*outlines, fixed=(), measured=()):
     """Text of a block file."""
     spans = [f"1 {8 * i + 1} {8 * i + 4}" for i in range(len(outlines))]
-    rows = [line for outline in outlines for line in [*(f"1 {x!r} {y!r}" for x, y in [*outline, outline[0]]), *3 * ["0 0 0"]]]
-    points = [f"{x!r} {y!r} {block}" for x, y, block in [*fixed, *measured]]
+    rows = [line for outline in outlines for line in [*(f"1 {x} {y}" for x, y in [*outline, outline[0]]), *3 * ["0 0 0"]]]
+    points = [f"{x} {y} {block}" for x, y, block in [*fixed, *measured]]
     return "\n".join([f"{len(outlines)} 0 {len(rows)}", f"{len(fixed)} 0 {len(measured)}", *spans, *rows, *points, ""])
 
 
@@ -30,7 +30,7 @@ def breathing(folder, steps, dt, *settings, edge=1.0, strain=1e-9, groups="&meth
     """A free square that a stress sets ringing: s11 = E strain cos(w t)."""
     folder.mkdir(exist_ok=True)
     (folder / "b.blk").write_text(blocks(square(0, 0, edge), measured=[(edge / 2, edge / 2, 1)]))
-    (folder / "b.ana").write_text(f"1 {steps} 1 1 0.05 {dt!r} {RHO} 0 {E} 0 {E * strain!r} 0 0 0 0 0 0 0 0 0 0 0\n"
+    (folder / "b.ana").write_text(f"1 {steps} 1 1 0.05 {dt} {RHO} 0 {E} 0 {E * strain} 0 0 0 0 0 0 0 0 0 0 0\n"
                                   f"&deck geometry='b.blk' /\n{groups}\n")
     f = scree.run(folder / "b.ana", settings=[CENTRAL, *settings])
     return f.history.time, f.measured_points.stress[:, 0, 0] / (E * strain), f
@@ -75,7 +75,7 @@ def test_steps_that_change_keep_the_order(tmp_path):
     """Frames that steps must meet cut some of them short, each to another size."""
     errors = []
     for n in (40, 80):
-        t, s, _ = breathing(tmp_path, 4 * n, 2 * math.pi / W / n, f"output.interval={0.37123 * 2 * math.pi / W!r}")
+        t, s, _ = breathing(tmp_path, 4 * n, 2 * math.pi / W / n, f"output.interval={0.37123 * 2 * math.pi / W}")
         assert np.ptp(np.diff(t)) > 0.1 * t[0]
         errors.append(np.abs(s - np.cos(W * t)).max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.3)
@@ -144,7 +144,7 @@ def test_loads_of_a_step_act_with_their_mean_over_its_kick(tmp_path):
     (tmp_path / "g.blk").write_text(blocks(square(0, 0)))
     rng = np.random.default_rng(1)
     times, values = np.linspace(0, 0.02, 401), rng.normal(size=401)
-    (tmp_path / "q.txt").write_text("".join(f"{t!r} {a!r} 0\n" for t, a in zip(times.tolist(), values.tolist())))
+    (tmp_path / "q.txt").write_text("".join(f"{t} {a} 0\n" for t, a in zip(times.tolist(), values.tolist())))
     (tmp_path / "g.ana").write_text(f"1 40 1 1 0.05 0.0001 {RHO} 0 {E} 0 0 0 0 0 0 0 0 0 0 0 0 0\n&deck geometry='g.blk' /\n"
                                     "&acceleration file='q.txt' /\n")
     f = scree.run(tmp_path / "g.ana", settings=[CENTRAL])

@@ -6,7 +6,7 @@ import pytest
 import scree
 from scree import block_files
 
-MESH = "edge={0!r}, origin={1!r} {2!r}, angle=23, order=1"
+MESH = "edge={0}, origin={1} {2}, angle=23, order=1"
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 
 
@@ -15,7 +15,7 @@ def solid(folder, corners, numbers, groups, fixed=(), loads=(), measured=()):
     lines = list(zip(corners, [*corners[1:], corners[0]]))
     points = [(*p, *p) for p in fixed] + [*loads, *measured]
     rows = "".join(" ".join(map(repr, map(float, p))) + "\n" for p in points)
-    (folder / "d.geo").write_text(f"{1e-6 * np.ptp(corners)!r}\n{len(lines)} {len(lines)}\n0\n0\n{len(fixed)}\n{len(loads)}\n"
+    (folder / "d.geo").write_text(f"{1e-6 * np.ptp(corners)}\n{len(lines)} {len(lines)}\n0\n0\n{len(fixed)}\n{len(loads)}\n"
                                   f"{len(measured)}\n0\n" + "".join(f"{a[0]} {a[1]} {b[0]} {b[1]} 1\n" for a, b in lines) + rows)
     (folder / "d.ana").write_text(f"{numbers}\n30 0 0\n" + "".join(f"&{g} /\n" for g in groups))
     return scree.run(folder / "d.ana")
@@ -35,7 +35,7 @@ def test_bending_is_exact(size, strain, tmp_path):
     places = np.array([(1, 0.5), (0.5, 0), (0.5, 1), (0.3, 0.7)]) * [length, height]
     r = solid(tmp_path, box(length, height), f"0 1 1 1 0.05 {1e6 * size} 1000 0 {young} {poisson} 0 0 0 0 0 0 0 0 0", [
         f"method model='nmm', strain='{strain}', plane='stress'", "cover " + MESH.format(0.8 * size, 0.13 * size, 0.21 * size),
-        f"support x=0 0 0 {height!r}", f"boundary lines={length!r} 0 {length!r} {height!r}, traction={stress} 0 {-stress} 0"],
+        f"support x=0 0 0 {height}", f"boundary lines={length} 0 {length} {height}, traction={stress} 0 {-stress} 0"],
         fixed=[(0, height / 2)], measured=places)
     k, x, y = 2 * stress / height / young, places[:, 0], places[:, 1] - height / 2
     exact = np.column_stack([-k * x * y, k / 2 * (x**2 + poisson * y**2)])
@@ -89,7 +89,7 @@ def triangles_over_the_beam(path, edge, height):
     k, m = len(low), len(high)
     three = [(i, i + 1, k + i) for i in range(m)] + [(i + 1, k + i + 1, k + i) for i in range(m - 1)]
     path.write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n" + f"1 {k + m} 1 {k + m}\n2 1 0 {k + m}\n"
-                    + "".join(f"{i + 1}\n" for i in range(k + m)) + "".join(f"{x!r} {y!r} 0\n" for x, y in low + high)
+                    + "".join(f"{i + 1}\n" for i in range(k + m)) + "".join(f"{x} {y} 0\n" for x, y in low + high)
                     + f"$EndNodes\n$Elements\n1 {len(three)} 1 {len(three)}\n2 1 2 {len(three)}\n"
                     + "".join(f"{i + 1} {a + 1} {b + 1} {c + 1}\n" for i, (a, b, c) in enumerate(three)) + "$EndElements\n")
 
@@ -157,7 +157,7 @@ def test_a_beam_swings_with_the_frequency_of_timoshenko(tmp_path):
     exact = timoshenko(length, depth, young, poisson, density)
     dt = 2 * math.pi / exact / 40
     triangles_over_the_beam(tmp_path / "row.msh", 0.05, depth)
-    r = solid(tmp_path, box(length, depth), f"1 240 1 1 0.9 {dt!r} {density} 0 {young} {poisson} 0 0 0 0 0 0 0 1e-6 0", [
+    r = solid(tmp_path, box(length, depth), f"1 240 1 1 0.9 {dt} {density} 0 {young} {poisson} 0 0 0 0 0 0 0 1e-6 0", [
         "method model='nmm', strain='small', plane='stress'", "cover mesh='row.msh', order=1",
         "integrator scheme='newmark', beta=0.5, gamma=0.25", "support both=0 0 0 0.1"], measured=[(length, depth / 2)])
     t, v = r.history.time, r.measured_points.displacement[:, 0, 1]

@@ -21,7 +21,7 @@ TABLE = [(METHODS[row["method"]], float(row["dt_s"]), int(row["turns"]), float(r
 def spin(folder, rotation, dt, turns=1, *settings):
     """History of the triangle, its volume error and its angle error."""
     f = scree.run(DECK, output=folder / "r.h5",
-                  settings=[f"method.rotation={rotation}", f"step.size={dt!r}", f"step.end_time={turns}", *settings])
+                  settings=[f"method.rotation={rotation}", f"step.size={dt}", f"step.end_time={turns}", *settings])
     h = f.history
     return f, h.area[-1] / (math.sqrt(3) / 4 * 0.01) - 1, h.rotation[-1, 0] / (2 * math.pi * h.time[-1]) - 1
 
@@ -57,7 +57,7 @@ def test_size_does_not_matter(rotation, edge, tmp_path):
     lines = (DECK.parent / "free.geo").read_text().splitlines()
     for i in range(9, 13):
         words = lines[i].split("!")[0].split()
-        scaled = [repr(10 * edge * float(x)) for x in words[:4]]
+        scaled = [str(10 * edge * float(x)) for x in words[:4]]
         lines[i] = " ".join(scaled + words[4:])
     (tmp_path / "free.geo").write_text("\n".join(lines) + "\n")
     (tmp_path / "free.ana").write_text(DECK.read_text())

@@ -15,7 +15,7 @@ def run(folder, steps, dt, groups, velocity="0 0 0", carried=1, fixed=""):
     """Runs a heavy rectangle of 2 x 1; returns the results."""
     (folder / "box.geo").write_text(f"1e-3 4 4 0 0 {len(fixed.split()) // 4} 0 1 0\n0 0 2 0 1\n2 0 2 1 1\n2 1 0 1 1\n0 1 0 0 1\n"
                                     f"{fixed}1.5 0.25\n")
-    (folder / "box.ana").write_text(f"{carried} {steps} 1 0 0.05 {dt!r}\n{DENSITY} {DENSITY * G} 1e6 0.25\n0 0 0\n0 0 0\n"
+    (folder / "box.ana").write_text(f"{carried} {steps} 1 0 0.05 {dt}\n{DENSITY} {DENSITY * G} 1e6 0.25\n0 0 0\n0 0 0\n"
                                     f"{velocity}\n&deck geometry='box.geo' /\n{groups}\n")
     return scree.run(folder / "box.ana")
 

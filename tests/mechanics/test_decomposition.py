@@ -66,8 +66,8 @@ def test_a_meshed_block_that_spins_keeps_its_area(edge, tmp_path):
     """Of two dozen manifold elements, three turns at 7 degrees a step, of every size; the strain of its spin is 4e-7."""
     (tmp_path / "b.blk").write_text(block_files.block_file("spins", [(1, edge * block_files.box(0, 1, 0, 1))]))
     w, young = 2 * math.pi, 1e10 * edge**2
-    (tmp_path / "b.ana").write_text(f"1 150 1 1 0.05 0.02 {RHO} 0 {young!r} 0.2 0 0 0 0 0 0 0 0 {w!r} 0 0 0\n&deck geometry='b.blk' /\n"
-                                    f"&method model='nmm' /\n&cover edge={0.4 * edge!r} /\n")
+    (tmp_path / "b.ana").write_text(f"1 150 1 1 0.05 0.02 {RHO} 0 {young} 0.2 0 0 0 0 0 0 0 0 {w} 0 0 0\n&deck geometry='b.blk' /\n"
+                                    f"&method model='nmm' /\n&cover edge={0.4 * edge} /\n")
     growth = {}
     for strain in ("small", "strain_rotation"):
         f = scree.run(tmp_path / "b.ana", output=tmp_path / "r.h5", settings=[f"method.strain={strain}"])
@@ -84,13 +84,13 @@ def test_a_beam_bends_as_with_green_strain(tmp_path):
     height = depth / rows
     clamped = [(0, k * height / 2) for k in range(2 * rows + 1)]
     (tmp_path / "b.geo").write_text(f"1e-6\n4 4\n0\n0\n{len(clamped)}\n0\n1\n0\n0 0 1 0 1\n1 0 1 {depth} 1\n1 {depth} 0 {depth} 1\n0 {depth} 0 0 1\n"
-                                    + "\n".join(f"{x} {y!r} {x} {y!r}" for x, y in clamped) + f"\n1 {depth}\n")
+                                    + "\n".join(f"{x} {y} {x} {y}" for x, y in clamped) + f"\n1 {depth}\n")
 
     def tip(strain, steps):
         (tmp_path / "b.ana").write_text(
             f"0 {steps} 1 1 0.05 1e3\n1e-3 0 2e8 0.3\n0 0 0  0 0 0  0 0 0\n30 0 0\n&deck geometry='b.geo' /\n&method model='nmm', strain='{strain}' /\n"
-            f"&integrator scheme='newmark' /\n&cover edge={height / math.sqrt(0.75)!r}, origin=0 0 /\n"
-            f"&boundary lines=1 0 1 {depth}, traction=0 -5e5 0 -5e5, ramp={steps * 1e3!r} /\n")
+            f"&integrator scheme='newmark' /\n&cover edge={height / math.sqrt(0.75)}, origin=0 0 /\n"
+            f"&boundary lines=1 0 1 {depth}, traction=0 -5e5 0 -5e5, ramp={steps * 1e3} /\n")
         return scree.run(tmp_path / "b.ana").measured_points.displacement[-1, 0, 1]
 
     found = [tip("strain_rotation", steps) for steps in (4, 8, 16, 32)]
@@ -126,7 +126,7 @@ def test_what_supports_turn_keeps_area_and_stress(body, tmp_path):
     def turn(degrees):
         a = math.radians(degrees)
         way = np.array(points) @ [[math.cos(a) - 1, math.sin(a)], [-math.sin(a), math.cos(a) - 1]]
-        tables = "\n".join(f"0 0 0 1 {x!r} {y!r}" for x, y in way.tolist())
+        tables = "\n".join(f"0 0 0 1 {x} {y}" for x, y in way.tolist())
         (tmp_path / "b.blk").write_text(block_files.block_file("held", [(1, corners)], [(*xy, 1) for xy in points], measured=[(0.5, 0.5, 1)]))
         (tmp_path / "b.ana").write_text(f"0\n1\n1\n1\n0.05\n1\n0\n2 2 2\n{tables}\n1 0 1e4 0.25\n3 -2 1.5\n0 0 0\n0 0 0\n0 0 0\n"
                                         f"&deck geometry='b.blk', dialect='shi' /\n&method model='{body}', strain='strain_rotation' /\n&contact method='none' /\n")

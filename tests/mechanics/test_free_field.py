@@ -22,7 +22,7 @@ def model(folder, groups, wave="", width=60.0, bed=True, sides="sides", h=5.0, d
     lines = f"0 {foot} 0 {HEIGHT}  {width} {foot} {width} {HEIGHT}"
     base = f"base=0 {foot} {width} {foot}, table={wave}" if wave else ""
     side = f"&absorbing {base} /\n&support {sides}={lines} /" if sides in "xy" else f"&absorbing {sides}={lines}, {base} /"
-    rock = "".join(f"{RHO} 0 {young(speed)!r} {NU} 0 0 0 0 0 0 0 0 0\n" for speed in ((SOFT, STIFF) if bed else (SOFT,)))
+    rock = "".join(f"{RHO} 0 {young(speed)} {NU} 0 0 0 0 0 0 0 0 0\n" for speed in ((SOFT, STIFF) if bed else (SOFT,)))
     (folder / "f.ana").write_text(f"1\n100\n{len(parts)} 1\n0.05\n{dt}\n{rock}30 1e9 1e9\n&deck geometry='f.blk', dialect='short' /\n"
                                   f"&method model='nmm', plane='strain', strain='small' / &cover edge={h}, angle=10 /\n{TRAPEZOIDAL}\n"
                                   f"&step size={dt}, end_time={end} /\n&output every=200 /\n{side}\n{groups}\n")
@@ -51,7 +51,7 @@ def test_a_layer_on_a_rigid_base_amplifies_as_the_closed_form_says(share, tmp_pa
     w1 = np.pi * SOFT / (2 * HEIGHT)
     w = share * w1
     alpha, beta = 0.1 * w1, 0.1 / w1
-    groups = f"&damping fraction=0.1, frequency={w1 / (2 * np.pi)!r} /\n&support both=0 0 60 0 /\n&acceleration table={harmonic(w)} /"
+    groups = f"&damping fraction=0.1, frequency={w1 / (2 * np.pi)} /\n&support both=0 0 60 0 /\n&acceleration table={harmonic(w)} /"
     r = model(tmp_path, groups, bed=False)
     k = np.sqrt((w**2 - 1j * w * alpha) / (SOFT**2 * (1 + 1j * w * beta)))
     exact = (1 - 1 / np.cos(k * HEIGHT)) / (w**2 - 1j * w * alpha)  # relative to the ground, of e^(iwt)

@@ -8,7 +8,7 @@ import scree
 RHO, SQUARE = 2500.0, ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
 GREEN = "&method strain='green' /"
 BODIES = {"dda": GREEN, "auto": "&method strain='auto' /", "nmm": "&method model='nmm', strain='green' /",
-          "mesh": "&method model='nmm', strain='green' /\n&cover edge={mesh!r} /"}
+          "mesh": "&method model='nmm', strain='green' /\n&cover edge={mesh} /"}
 
 
 def spin(folder, degrees, body="dda", edge=1.0, steps=80, fixed=(), speed=0.0, E=1e10, groups=""):
@@ -18,11 +18,11 @@ def spin(folder, degrees, body="dda", edge=1.0, steps=80, fixed=(), speed=0.0, E
     w = 2 * math.tan(math.radians(degrees) / 2) / dt
     folder.mkdir(exist_ok=True)
     corners = [(edge * x, edge * y) for x, y in SQUARE]
-    (folder / "spin.blk").write_text("\n".join(["1 0 8", f"{len(fixed)} 0 0", "1 1 4", *(f"1 {x!r} {y!r}" for x, y in [*corners, corners[0]]),
-                                                *3 * ["0 0 0"], *(f"{edge * x!r} {edge * y!r} 1" for x, y in fixed), ""]))
+    (folder / "spin.blk").write_text("\n".join(["1 0 8", f"{len(fixed)} 0 0", "1 1 4", *(f"1 {x} {y}" for x, y in [*corners, corners[0]]),
+                                                *3 * ["0 0 0"], *(f"{edge * x} {edge * y} 1" for x, y in fixed), ""]))
     vx, vy = (w * fixed[0][1] * edge, -w * fixed[0][0] * edge) if fixed else (speed, 0.0)
-    (folder / "spin.ana").write_text(f"1\n{steps}\n1\n1\n0.05\n{dt!r}\n0\n{'0 ' * len(fixed)}\n{RHO} 0 {E * edge!r} 0.25\n0 0 0\n0 0 0\n"
-                                     f"{vx!r} {vy!r} {w!r}\n0 0 0\n&deck geometry='spin.blk', dialect='shi' /\n"
+    (folder / "spin.ana").write_text(f"1\n{steps}\n1\n1\n0.05\n{dt}\n0\n{'0 ' * len(fixed)}\n{RHO} 0 {E * edge} 0.25\n0 0 0\n0 0 0\n"
+                                     f"{vx} {vy} {w}\n0 0 0\n&deck geometry='spin.blk', dialect='shi' /\n"
                                      f"{BODIES[body].format(mesh=0.3 * edge)}\n{groups}\n")
     return scree.run(folder / "spin.ana"), RHO * w**2 * edge / E * (2.0 if fixed else 0.5)
 

@@ -26,9 +26,9 @@ def breathing(folder, steps, dt, *settings, edge=1.0, strain=1e-9, groups="&meth
     """A free square that a stress sets ringing: s11 = E strain cos(w t), w^2 = 12 E/(rho edge^2), as nu is 0."""
     folder.mkdir(exist_ok=True)
     corners = [(0, 0), (edge, 0), (edge, edge), (0, edge)]
-    (folder / "b.blk").write_text("\n".join(["1 0 8", "0 0 1", "1 1 4", *(f"1 {x!r} {y!r}" for x, y in [*corners, (0, 0)]),
-                                             *3 * ["0 0 0"], f"{edge / 2!r} {edge / 2!r} 1", ""]))
-    (folder / "b.ana").write_text(f"1 {steps} 1 1 0.05 {dt!r} {RHO} 0 {E} 0 {E * strain!r} 0 0 0 0 0 0 0 0 0 0 0\n"
+    (folder / "b.blk").write_text("\n".join(["1 0 8", "0 0 1", "1 1 4", *(f"1 {x} {y}" for x, y in [*corners, (0, 0)]),
+                                             *3 * ["0 0 0"], f"{edge / 2} {edge / 2} 1", ""]))
+    (folder / "b.ana").write_text(f"1 {steps} 1 1 0.05 {dt} {RHO} 0 {E} 0 {E * strain} 0 0 0 0 0 0 0 0 0 0 0\n"
                                   f"&deck geometry='b.blk' /\n{groups}\n")
     f = scree.run(folder / "b.ana", settings=settings)
     return f.history.time, f.measured_points.stress[:, 0, 0] / (E * strain), f

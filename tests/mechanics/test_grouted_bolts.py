@@ -33,11 +33,11 @@ def sloping(folder, size, share, groups=""):
     (folder / "x.blk").write_text(block_file("x", [(1, ground), (2, block)], held(ground, 1)))
     along, across = references.grouted_bolt(2 * size, 30, 20, 60, 100.0, 50.0)
     ends = size * turned([(1, 0.5), (1 - 1.5, 0.5 - 1.5 * np.tan(np.pi / 3))], TILT)
-    rock = f"{0.1 / size!r} {{}} 1e5 0.25\n0 0 0\n0 0 0\n0 0 0\n"
+    rock = f"{0.1 / size} {{}} 1e5 0.25\n0 0 0\n0 0 0\n0 0 0\n"
     (folder / "x.ana").write_text(
-        f"0\n100\n2 1\n0.05\n{0.1 * size!r}\n" + rock.format(0) + rock.format(1 / size) + "20 0 0\n"
+        f"0\n100\n2 1\n0.05\n{0.1 * size}\n" + rock.format(0) + rock.format(1 / size) + "20 0 0\n"
         f"&step balance=1e-5 /\n&bolts ends={' '.join(map(repr, map(float, ends.ravel())))}, stiffness=100, shear_stiffness=50, "
-        f"strength={share * along!r}, shear_strength={-share * across!r} /\n" + groups)
+        f"strength={share * along}, shear_strength={-share * across} /\n" + groups)
     return [folder / "x.blk", folder / "x.ana"], along, across
 
 

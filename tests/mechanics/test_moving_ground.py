@@ -15,7 +15,7 @@ STEPS = {"shi": "&integrator gamma=0.5 /", "quiet": "", "trapezoidal": "&integra
 def run(folder, steps, dt, groups, weight=0.0, geometry=GEOMETRY):
     """Runs a rectangle of 2 x 1; returns the results."""
     (folder / "box.geo").write_text(geometry)
-    (folder / "box.ana").write_text(f"1 {steps} 1 0 0.05 {dt!r}\n{DENSITY} {weight} 1e8 0.25\n0 0 0\n0 0 0\n0 0 0\n"
+    (folder / "box.ana").write_text(f"1 {steps} 1 0 0.05 {dt}\n{DENSITY} {weight} 1e8 0.25\n0 0 0\n0 0 0\n0 0 0\n"
                                     f"&deck geometry='box.geo' /\n{groups}\n")
     return scree.run(folder / "box.ana")
 
@@ -25,7 +25,7 @@ def sine(folder, samples=4001):
     ground at these times (those of the lines between the samples)."""
     t = np.linspace(0, 3, samples)
     a = np.column_stack([3 * np.sin(2 * np.pi * t), 2 * np.cos(2 * np.pi * t)])
-    (folder / "quake.txt").write_text("# t ax ay\n" + "".join(f"{x!r} {y!r} {z!r} ! g\n" for x, y, z in
+    (folder / "quake.txt").write_text("# t ax ay\n" + "".join(f"{x} {y} {z} ! g\n" for x, y, z in
                                                               zip(t.tolist(), *a.T.tolist())))
     h = np.diff(t)[:, None]
     v = np.vstack([[0, 0], np.cumsum(h * (a[1:] + a[:-1]) / 2, 0)])
@@ -83,7 +83,7 @@ def test_components_of_peer_move_the_ground_as_their_lines_would(unit, head, tmp
     ay[200:] = 0
     peer_file(tmp_path / "Q_180.AT2", ax, head, unit)
     peer_file(tmp_path / "q_up.at2", ay[:200], head.replace("301", "200"), unit)
-    (tmp_path / "quake.txt").write_text("".join(f"{i * 0.01!r} {x!r} {y!r}\n" for i, (x, y) in enumerate(zip(ax.tolist(), ay.tolist()))))
+    (tmp_path / "quake.txt").write_text("".join(f"{i * 0.01} {x} {y}\n" for i, (x, y) in enumerate(zip(ax.tolist(), ay.tolist()))))
     runs = [run(tmp_path, 60, 0.05, f"&acceleration {file}, scale=9.81 /").measured_points.velocity
             for file in ("file='Q_180.AT2', vertical='q_up.at2'", "file='quake.txt'", "file='Q_180.AT2'")]
     np.testing.assert_array_equal(runs[0], runs[1])
@@ -117,7 +117,7 @@ def test_what_is_faster_than_the_step_does_not_alias(factor, tmp_path):
     n = 100 * factor
     t = np.linspace(0, 1, 40 * n + 1)
     a = np.cos(2 * np.pi * n * t)
-    (tmp_path / "fast.txt").write_text("".join(f"{x!r} {y!r} 0\n" for x, y in zip(t.tolist(), a.tolist())))
+    (tmp_path / "fast.txt").write_text("".join(f"{x} {y} 0\n" for x, y in zip(t.tolist(), a.tolist())))
     f = run(tmp_path, 100, 0.01, "&acceleration file='fast.txt' /")
     assert np.abs(f.measured_points.velocity).max() < 1e-12  # with that acceleration: 1
 

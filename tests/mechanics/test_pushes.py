@@ -16,9 +16,9 @@ def run(folder, table, steps, dt, groups, carried=1, fixed=(), E=1e10):
     """Pushes a square of 1 m at its centroid; returns the results."""
     (folder / "push.blk").write_text("\n".join(["1 0 8", f"{len(fixed)} 1 1", "1 1 4", *(f"1 {x} {y}" for x, y in (
         (0, 0), (1, 0), (1, 1), (0, 1), (0, 0))), *3 * ["0 0 0"], *(f"{x} {y} 1" for x, y in fixed), *2 * ["0.5 0.5 1"], ""]))
-    rows = "\n".join(" ".join(repr(float(x)) for x in row) for row in table)
-    (folder / "push.ana").write_text(f"{carried}\n{steps}\n1\n0\n0.05\n{dt!r}\n0\n{'0 ' * len(fixed)}{len(table)}\n{rows}\n"
-                                     f"{MASS} 0 {E!r} 0.25\n0 0 0\n0 0 0\n0 0 0\n&deck geometry='push.blk', dialect='shi' /\n"
+    rows = "\n".join(" ".join(str(float(x)) for x in row) for row in table)
+    (folder / "push.ana").write_text(f"{carried}\n{steps}\n1\n0\n0.05\n{dt}\n0\n{'0 ' * len(fixed)}{len(table)}\n{rows}\n"
+                                     f"{MASS} 0 {E} 0.25\n0 0 0\n0 0 0\n0 0 0\n&deck geometry='push.blk', dialect='shi' /\n"
                                      f"&output every=1 /\n{groups}\n")
     return scree.run(folder / "push.ana")
 

@@ -25,7 +25,7 @@ def test_a_block_between_walls_has_the_stress_of_confinement(size, angle, method
     """Pressed by 3 from above between rollers, in plane strain: s = -3 nu/(1 - nu) aside; however it lies."""
     corners = block_files.turned(size * block_files.box(0, 2, 0, 1), angle)
     foot, right, top, left = (" ".join(f"{x:.17g}" for x in (*a, *b)) for a, b in zip(corners, np.roll(corners, -1, 0)))
-    r = run(tmp_path, [corners], "1 0 1e6 0.25 0 0 0 0 0 0 0 0 0", f"&method plane='strain', {method.replace('0.6', repr(0.6 * size))} / "
+    r = run(tmp_path, [corners], "1 0 1e6 0.25 0 0 0 0 0 0 0 0 0", f"&method plane='strain', {method.replace('0.6', str(0.6 * size))} / "
             f"&support normal={left} {foot} {right} / &boundary lines={top}, pressure=3 3 /", dt=size, steps=20)
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, -s], [s, c]])

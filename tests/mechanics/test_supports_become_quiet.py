@@ -84,7 +84,7 @@ def test_an_edge_that_no_support_held_bears_nothing(tmp_path):
 def column(folder, weight):
     """A column 2 x 20 on a quiet base; a pulse of shear comes in after it came to rest. Returns the results of both stages."""
     time = np.linspace(0, 0.02, 41)
-    pulse = "\n".join(f"{t!r} {v!r} 0" for t, v in zip(time.tolist(), (0.01 * np.sin(np.pi * time / 0.02)**2).tolist()))
+    pulse = "\n".join(f"{t} {v} 0" for t, v in zip(time.tolist(), (0.01 * np.sin(np.pi * time / 0.02)**2).tolist()))
     (folder / "c.blk").write_text(block_files.block_file("column", [(1, block_files.box(0, 2, 0, 20))], measured=[(1.0, 19.99, 1)]))
     (folder / "c.ana").write_text(
         f"0\n2000\n1 1\n0.05\n0.5\n2500 {weight} 1e10 0.25 0 0 0 0 0 0 0 0 0\n35 0 0\n&deck geometry='c.blk', dialect='short' /\n"

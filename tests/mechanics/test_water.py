@@ -46,8 +46,8 @@ def test_water_presses_with_its_depth(size, method, name, tmp_path):
     """Momentum after one short step is the force, and the torque, of the water on a turned quadrangle."""
     corners = block_files.turned(np.array([(-1, -0.6), (1, -0.5), (0.9, 0.5), (-1.1, 0.6)]), 0.4) * size
     table, dt = [(size * x, size * y) for x, y in TABLES[name]], 1e-6 * size
-    r = run(tmp_path, [corners], "2 0 1e6 0.25 0 0 0 0 0 0 0 0 0", f"&method {method.replace('0.4', repr(0.4 * size))} / "
-            f"&water table={' '.join(f'{x!r} {y!r}' for x, y in table)}, unit_weight=10 /", steps=1, dt=dt)
+    r = run(tmp_path, [corners], "2 0 1e6 0.25 0 0 0 0 0 0 0 0 0", f"&method {method.replace('0.4', str(0.4 * size))} / "
+            f"&water table={' '.join(f'{x} {y}' for x, y in table)}, unit_weight=10 /", steps=1, dt=dt)
     expected = pressed(corners, table, 10.0)
     scale = np.array([1, 1, size]) * np.abs(expected[:2]).max()
     assert r.history.momentum[0] / dt / scale == pytest.approx(expected / scale, abs=1e-6)

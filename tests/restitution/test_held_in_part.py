@@ -13,7 +13,7 @@ def run(folder, fixed, groups, phi=0, weight=20000, velocity=0.0, dt=4e-3, steps
     """A block with a slanting top on its foot, and one that falls on it, or is struck by it."""
     (folder / "a.blk").write_text(block_file("held", [(1, LOWER), (2, UPPER)], fixed))
     (folder / "a.ana").write_text("\n".join([
-        f"1 {steps} 2 1 0.05 {dt!r}", f"2000 {weight} 1e8 0.25 {'0 ' * 6} 0 {velocity} 0", f"2000 {weight} 1e8 0.25 {'0 ' * 9}",
+        f"1 {steps} 2 1 0.05 {dt}", f"2000 {weight} 1e8 0.25 {'0 ' * 6} 0 {velocity} 0", f"2000 {weight} 1e8 0.25 {'0 ' * 9}",
         f"{phi} 0 0", "&deck geometry='a.blk', dialect='short' /", "&output every=1 /", *groups, ""]))
     return scree.run(folder / "a.ana", output=folder / "a.h5")
 

@@ -180,9 +180,9 @@ def square(low, width=0.5, skew=0.0):
 def test_a_piston_between_rollers_bounces_without_turning(mode, e, size, tmp_path):
     """It falls on one corner, 0.1 below its other, and leaves with e times its speed, where a free one would turn."""
     body = square(0.2, skew=0.1) * size
-    sides = " ".join(f"{x!r}" for x in (*body[0], *body[3], *body[1], *body[2]))
+    sides = " ".join(f"{x}" for x in (*body[0], *body[3], *body[1], *body[2]))
     dt = 1e-3 * math.sqrt(size)
-    f = run(tmp_path, [box(-2, 2, -1, 0) * size, body], f"&contact restitution={e} /\n&support x={sides} /\n{MODES[mode].replace('0.2', repr(0.2 * size))}",
+    f = run(tmp_path, [box(-2, 2, -1, 0) * size, body], f"&contact restitution={e} /\n&support x={sides} /\n{MODES[mode].replace('0.2', str(0.2 * size))}",
             dt, 250 * dt, [(-1.9 * size, -0.9 * size, 1), (1.9 * size, -0.9 * size, 1)], young=1e10 * max(size, 1))
     t = math.sqrt(0.4 * size / G)
     after = np.searchsorted(f.times, t + 2.5 * dt)

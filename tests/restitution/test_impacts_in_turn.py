@@ -15,7 +15,7 @@ def run(folder, gaps, masses, velocities, restitution, dt, n_steps):
     places = np.arange(len(masses)) + np.concatenate([[0], np.cumsum(gaps)])
     (folder / "row.blk").write_text(block_file("row", [(k + 1, box(x, x + 1, 0, 1)) for k, x in enumerate(places)]))
     (folder / "row.ana").write_text("\n".join([
-        f"1 {n_steps} {len(masses)} 1 0.05 {dt!r}", *(f"{float(m)!r} 0 1e10 0.25{' 0' * 6} {float(v)!r} 0 0" for m, v in zip(masses, velocities)),
+        f"1 {n_steps} {len(masses)} 1 0.05 {dt}", *(f"{float(m)} 0 1e10 0.25{' 0' * 6} {float(v)} 0 0" for m, v in zip(masses, velocities)),
         "0 0 0", "&deck geometry='row.blk', dialect='short' /", f"&contact restitution={restitution} /", "&output every=1 /", ""]))
     done = scree.call("run", folder / "row.ana", "-o", folder / "row.h5", "--quiet")
     assert done.returncode == 0, done.stderr

@@ -19,7 +19,7 @@ def summary(folder, tilt, dt, *groups, size=1.0, fall=HEIGHT, steps_after=2):
     (folder / "a.blk").write_text(block_file("chance", blocks, [(x * size, y * size, b) for x, y, b in FIXED]))
     steps = math.ceil(math.sqrt(2 * fall / G) / dt) + steps_after
     (folder / "a.ana").write_text("\n".join([
-        f"1 {steps} 2 1 0.05 {dt * math.sqrt(size)!r}", f"2500 0 {1e10 * size!r} 0.25 {'0 ' * 9}", f"2500 {2500 * G} {1e10 * size!r} 0.25 {'0 ' * 9}", "30 0 0",
+        f"1 {steps} 2 1 0.05 {dt * math.sqrt(size)}", f"2500 0 {1e10 * size} 0.25 {'0 ' * 9}", f"2500 {2500 * G} {1e10 * size} 0.25 {'0 ' * 9}", "30 0 0",
         "&deck geometry='a.blk', dialect='short' /", *groups, ""]))
     done = call("run", folder / "a.ana", "-o", folder / "a.h5", "--quiet", "--summary", "json")
     assert done.returncode == 0, done.stderr
@@ -63,7 +63,7 @@ def standing_slope(folder, size, *groups, phi=38.0, steps=100):
         f"&support x=0 {28 * size}, y=0 0, hold='both' /\n&support x=0 0, y=0 {3 * size} /\n&support x={28 * size} {28 * size}, y=0 {12 * size} /\n"
         "&seed value=12 /\n")
     assert call("joints", folder / "s.joints", "-o", folder / "s.geo").returncode == 0
-    (folder / "s.ana").write_text(f"1 {steps} 1 2 0.05 {0.01 * math.sqrt(size)!r}\n2600 {2600 * G} {1e10 * size!r} 0.25\n0 0 0 0 0 0 0 0 0\n"
+    (folder / "s.ana").write_text(f"1 {steps} 1 2 0.05 {0.01 * math.sqrt(size)}\n2600 {2600 * G} {1e10 * size} 0.25\n0 0 0 0 0 0 0 0 0\n"
                                   f"{phi} 0 0\n{phi} 0 0\n" + "\n".join(["&deck geometry='s.geo' /", "&method plane='strain' /", *groups, ""]))
     done = call("run", folder / "s.ana", "-o", folder / "s.h5", "--quiet", "--summary", "json", timeout=120)
     assert done.returncode == 0, done.stderr
@@ -92,7 +92,7 @@ def test_a_block_strikes_where_it_falls_by_more_than_the_scene_settles(share, co
     dt = 2e-3
     steps = math.ceil(math.sqrt(2 * share * settling / G) / dt) + 2
     (tmp_path / "a.ana").write_text(f"1 {steps} 2 1 0.05 {dt}\n2500 0 1e10 0.25 {'0 ' * 9}\n2500 {2500 * G} {soft} 0.25 {'0 ' * 9}\n30 0 0\n"
-                                    f"&deck geometry='a.blk', dialect='short' /\n&contact stiffness={stiffness!r} /\n")
+                                    f"&deck geometry='a.blk', dialect='short' /\n&contact stiffness={stiffness} /\n")
     done = call("run", tmp_path / "a.ana", "-o", tmp_path / "a.h5", "--quiet", "--summary", "json")
     assert done.returncode == 0, done.stderr
     assert (json.loads(done.stdout)["impacts"] is not None) == counts

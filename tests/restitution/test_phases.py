@@ -14,7 +14,7 @@ def run(folder, blocks, groups, dt, time, fixed, weight, velocity):
     """Block 1 rests, and is held where it has fixed points; the other has a velocity."""
     (folder / "a.blk").write_text(block_file("phases", [(k + 1, x) for k, x in enumerate(blocks)], fixed))
     (folder / "a.ana").write_text("\n".join([
-        f"1 {math.ceil(time / dt)} 2 1 0.05 {dt!r}", f"2500 0 1e10 0.25 {'0 ' * 9}", f"2500 {weight} 1e10 0.25 {'0 ' * 6} {velocity} 0 0",
+        f"1 {math.ceil(time / dt)} 2 1 0.05 {dt}", f"2500 0 1e10 0.25 {'0 ' * 9}", f"2500 {weight} 1e10 0.25 {'0 ' * 6} {velocity} 0 0",
         "30 0 0", "&deck geometry='a.blk', dialect='short' /", "&output every=1 /", groups, ""]))
     return scree.run(folder / "a.ana", output=folder / "a.h5")
 

@@ -31,8 +31,8 @@ def press(folder, size=1.0, seconds=1.0):
     fixed = [(*(size * (q + 0.02 * (p.mean(0) - q))), k + 1) for k, p in enumerate(platens) for q in p]
     folder.mkdir()
     (folder / "x.blk").write_text(block_file("specimen", blocks, fixed))
-    down = f"0 0 0  {STEPS * seconds!r} 0 {-0.006 * HEIGHT * size!r}"
-    rows = [f"0 {STEPS} 2 3 0.05 {seconds!r} 0", "1 1 1 1 2 2 2 2", *["0 0 0"] * 4, *[down] * 4,
+    down = f"0 0 0  {STEPS * seconds} 0 {-0.006 * HEIGHT * size}"
+    rows = [f"0 {STEPS} 2 3 0.05 {seconds} 0", "1 1 1 1 2 2 2 2", *["0 0 0"] * 4, *[down] * 4,
             *["2600 0 5e10 0.25 0 0 0 0 0 0 0 0 0"] * 2, "0 0 0", "30 2e7 5e6", "5 0 0", "&deck dialect='shi' /"]
     (folder / "x.ana").write_text("\n".join(rows) + "\n")
     done = call("run", folder / "x.blk", folder / "x.ana", "-o", folder / "r.h5", "--quiet")

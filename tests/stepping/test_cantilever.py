@@ -16,7 +16,7 @@ def beam(folder, rows, offset=0.0, least=0.0, steps=1, scheme=SCHEME, force=FORC
     of every element is zero all along it."""
     height = DEPTH / rows
     clamped = {0.0, DEPTH} | {y for y in ((j / 2 + offset) * height for j in range(-2, 2 * rows + 2)) if 1e-9 < y < DEPTH - 1e-9}
-    points = [f"0 {y!r} 0 {y!r}" for y in sorted(clamped)] + ["1 0", f"1 {DEPTH}"] * 2
+    points = [f"0 {y} 0 {y}" for y in sorted(clamped)] + ["1 0", f"1 {DEPTH}"] * 2
     (folder / "beam.geo").write_text(
         f"1e-6\n4 4\n0\n0\n{len(clamped)}\n2\n2\n0\n0 0 1 0 1\n1 0 1 {DEPTH} 1\n1 {DEPTH} 0 {DEPTH} 1\n0 {DEPTH} 0 0 1\n"
         + "\n".join(points) + "\n")
@@ -27,7 +27,7 @@ def beam(folder, rows, offset=0.0, least=0.0, steps=1, scheme=SCHEME, force=FORC
 &method model='nmm', strain='green' /
 {scheme}
 &loads force=0 {-force / WIDTH} 0 {-force / WIDTH} /
-&cover edge={height / math.sqrt(0.75)!r}, origin=0 {offset * height!r}, least={least} /
+&cover edge={height / math.sqrt(0.75)}, origin=0 {offset * height}, least={least} /
 """)
     return scree.run(folder / "beam.ana")
 
@@ -67,7 +67,7 @@ def test_iterations_are_those_of_the_paper_and_of_an_independent_program(method,
     """Of 7 rows, from rest in one step. The paper has the secant (Eq. 33) lose a decade in six iterations and the deflection settle in
     15; the prototype has 6.2, and Newton's method ends quadratically: changes of the gradient are 0.39, 0.20, 0.073, 0.038, 0.011,
     2.5e-3, 8.9e-5, 2.7e-7 from the second on."""
-    f = beam(tmp_path, 7, scheme=SCHEME + f"\n&iteration method='{method}', tolerance={tolerance!r}, most=100 /")
+    f = beam(tmp_path, 7, scheme=SCHEME + f"\n&iteration method='{method}', tolerance={tolerance}, most=100 /")
     assert f.history.solves.tolist() == [solves]
     assert v is None or tip(f)[1] == pytest.approx(v, rel=1e-4)
 
@@ -79,7 +79,7 @@ def test_relaxation_makes_the_secant_converge_farther(relaxation, load, solves, 
     """Solves of 4 rows at P L^2/EI = load, to 1e-10, as an independent program has them that clamps a little softer: within one, or where
     the secant hardly converges 3 %. Without relaxation it runs in circles at 5: its iterates alternate, so 0.7 of a correction halves
     their number at 3."""
-    f = beam(tmp_path, 4, scheme=SCHEME + f"\n&iteration method='secant', relaxation={relaxation!r}, most=150 /", force=load / 3 * FORCE)
+    f = beam(tmp_path, 4, scheme=SCHEME + f"\n&iteration method='secant', relaxation={relaxation}, most=150 /", force=load / 3 * FORCE)
     assert f.history.solves[0] == pytest.approx(solves, rel=0.03, abs=1)
 
 
@@ -103,11 +103,11 @@ def test_newton_and_mixed_secants_need_no_load_steps(load, newton, mixed, tmp_pa
 @pytest.mark.parametrize("first", [1e3, 1.0, 1e-3, 1e-5])
 def test_a_static_solve_finds_its_load_steps(first, tmp_path):
     """From any first step, in at most 12 solves a load step, and in the same place: that of one step; with three times the load too."""
-    f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first!r} /")
+    f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first} /")
     assert f.scene.status == "complete" and f.history.unbalanced[-1] <= 1e-6
     assert f.history.solves.max() <= 12 and f.history.solves.sum() <= 30 and not f.history.rejected.any()
     np.testing.assert_allclose(tip(f), [0.2291348325, 0.5788343595], rtol=6e-5)
-    f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first!r} /", force=3 * FORCE)
+    f = beam(tmp_path, 4, steps=60, scheme=f"&step balance=1e-6, size={first} /", force=3 * FORCE)
     assert f.scene.status == "complete" and f.history.solves.sum() <= 40
     assert f.history.solves.max() <= 12 and not f.history.rejected.any()
     np.testing.assert_allclose(tip(f), tip(beam(tmp_path, 4, steps=60, scheme="&step balance=1e-8, size=2e-5 /", force=3 * FORCE)),

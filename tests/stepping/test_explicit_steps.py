@@ -10,7 +10,7 @@ def run(folder, blocks, fixed, stress, velocity, dt, end, groups=()):
     moving = f"2500 0 1e10 0.25 {stress} {stress} 0 {'0 ' * 3} 0 {velocity} 0"
     material = [moving] if len(blocks) == 1 else [f"2500 0 1e10 0.25 {'0 ' * 9}", moving]
     (folder / "a.ana").write_text("\n".join([
-        f"1 {round(end / dt)} {len(blocks)} 1 0.05 {dt!r}", *material, "0 0 0", "&deck geometry='a.blk', dialect='short' /",
+        f"1 {round(end / dt)} {len(blocks)} 1 0.05 {dt}", *material, "0 0 0", "&deck geometry='a.blk', dialect='short' /",
         "&integrator scheme='central_difference' /", *groups, ""]))
     return scree.run(folder / "a.ana", output=folder / "a.h5")
 

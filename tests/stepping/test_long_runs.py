@@ -25,7 +25,7 @@ def test_a_shaken_wall_keeps_its_books_and_its_memory(tmp_path):
     for count in (STEPS // 100, STEPS // 10):
         wall = scenes.wall(5).write(tmp_path, 0.005)
         (tmp_path / "shakes.txt").write_text("".join(f"{0.1 * i:.1f} {2 * (-1) ** i} 0\n" for i in range(int(count * 0.05) + 2)))
-        r = scree.run(*wall, settings=["acceleration.file=shakes.txt", f"step.end_time={0.005 * count!r}", "output.every=1000"])
+        r = scree.run(*wall, settings=["acceleration.file=shakes.txt", f"step.end_time={0.005 * count}", "output.every=1000"])
         peaks.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
         assert len(r.history.time) == count and r.history.rejected.sum() == 0
     energy, scale = r.history.energy, np.abs(r.history.energy.gravity).max()

@@ -73,9 +73,9 @@ def turned(folder, angle, shift):
     c, s = np.cos(angle), np.sin(angle)
     rotate = np.array([[c, -s], [s, c]])
     corners = np.array([[0, 0], [0.1, 0], [0.05, 0.1 * np.sqrt(0.75)]]) @ rotate.T + shift
-    lines = "\n".join(" ".join(repr(float(x)) for x in [*corners[i], *corners[(i + 1) % 3]]) + " 1" for i in range(3))
-    point = " ".join(repr(float(x)) for x in corners[0])
-    centre = " ".join(repr(float(x)) for x in corners.mean(0))
+    lines = "\n".join(" ".join(str(float(x)) for x in [*corners[i], *corners[(i + 1) % 3]]) + " 1" for i in range(3))
+    point = " ".join(str(float(x)) for x in corners[0])
+    centre = " ".join(str(float(x)) for x in corners.mean(0))
     (folder / "triangle.geo").write_text(f"1e-9 3 0 0 0 1 0 1 0\n{lines}\n{point} {point}\n{centre}\n")
     velocity = rotate @ (2 * np.pi * np.array([-0.1 / np.sqrt(12), 0.05]))
 
@@ -83,7 +83,7 @@ def turned(folder, angle, shift):
         text = (DECKS / f"{name}.ana").read_text()
         old = re.search(r"-0\.18137993642342178 0\.3141592653589793", text).group(0)
         deck = folder / f"{name}.ana"
-        deck.write_text(text.replace(old, f"{float(velocity[0])!r} {float(velocity[1])!r}"))
+        deck.write_text(text.replace(old, f"{float(velocity[0])} {float(velocity[1])}"))
         return deck
 
     return analysis

@@ -18,11 +18,11 @@ WALL = [GROUND, *((1, box(i / 2, i / 2 + 0.5, j / 4, j / 4 + 0.25)) for j in ran
 def decks(folder, blocks, *, steps=600, dt=0.005, groups="", velocity=0.0, gravity=9.81, young=1e10, tables=(), load=(), carried=1):
     """Blocks on the first, which is held at its corners; material 2 has the velocity. Tables: of its points, then of loads."""
     (folder / "x.blk").write_text(block_file("x", blocks, held(GROUND[1] if blocks[0] is GROUND else blocks[0][1], 1), load))
-    rows = [f"{carried} {steps} 2 1 0.05 {dt!r} 0"]
+    rows = [f"{carried} {steps} 2 1 0.05 {dt} 0"]
     tables = list(tables) or [[]] * 4
     rows.append(" ".join(str(len(table)) for table in tables))
-    rows += [" ".join(repr(float(x)) for x in row) for table in tables for row in table]
-    rows += [f"2500 {2500 * gravity!r} {young!r} 0.25\n0 0 0\n0 0 0\n{speed!r} 0 0" for speed in (0.0, velocity)]
+    rows += [" ".join(str(float(x)) for x in row) for table in tables for row in table]
+    rows += [f"2500 {2500 * gravity} {young} 0.25\n0 0 0\n0 0 0\n{speed} 0 0" for speed in (0.0, velocity)]
     (folder / "x.ana").write_text("\n".join([*rows, "30 0 0", "&deck dialect='shi' /", groups, ""]))
     return [folder / "x.blk", folder / "x.ana"]
 

@@ -17,8 +17,8 @@ def scene(folder, blocks, fixed, groups, k01=0, dt=0.01, steps=400, phi=30.0, si
     blocks = [(1 if i == 0 else 2, size * corners) for i, corners in enumerate(blocks)]
     (folder / "x.blk").write_text(block_file("x", blocks, [(size * x, size * y, b) for x, y, b in fixed],
                                              measured=[(size * x, size * y, b) for x, y, b in measured]))
-    rock = f"2500 {{}} {1e10 * size!r} 0.25\n0 0 0  0 0 0  0 0 0\n"
-    (folder / "x.ana").write_text(f"{k01} {steps} 2 1 0.05 {dt!r}\n{rock.format(0)}{rock.format(24525)}{phi!r} 0 0\n{groups}\n")
+    rock = f"2500 {{}} {1e10 * size} 0.25\n0 0 0  0 0 0  0 0 0\n"
+    (folder / "x.ana").write_text(f"{k01} {steps} 2 1 0.05 {dt}\n{rock.format(0)}{rock.format(24525)}{phi} 0 0\n{groups}\n")
     return [folder / "x.blk", folder / "x.ana"]
 
 
@@ -51,14 +51,14 @@ def test_a_load_point_that_gets_its_force_in_a_stage_is_where_its_block_took_it(
 
 
 METHODS = ["", "&method strain='green' /", "&method strain='small' /", "&contact method='augmented' /",
-           "&method model='nmm' /\n&cover edge={0!r} /"]
+           "&method model='nmm' /\n&cover edge={0} /"]
 
 
 @pytest.mark.parametrize("size, groups", [*((size, groups) for size in (1e-3, 1.0, 1e3) for groups in METHODS),
                                           (1.0, "&method preset='shi' /")])
 def test_what_stands_on_a_block_that_is_removed_falls(groups, size, tmp_path):
     """Half g t^2, in scenes of all sizes; its weight, and no more, has gone from the books."""
-    second = "&stage remove_blocks=2, kind='dynamic', reset='displacements' /\n&step size={0!r}, end_time={1!r} /"
+    second = "&stage remove_blocks=2, kind='dynamic', reset='displacements' /\n&step size={0}, end_time={1} /"
     root = size**0.5
     decks = scene(tmp_path, TOWER, held(GROUND, 1), groups.format(0.6 * size) + "\n&step balance=1e-5 /\n" + second.format(
         0.002 * root, 0.4 * root), size=size, dt=0.01 * root)
@@ -176,14 +176,14 @@ def test_blocks_in_polygons_are_removed_as_by_their_numbers(size, far, tmp_path)
     square, upper = ("0 0.25  1 0.25  1 2.25  0 2.25  0 0.25", "0 1.25  0 2.25  1 2.25  1 1.25  0 1.25")
 
     def placed(words):
-        return " ".join(repr(float(word) * size + far) for word in words.split())
+        return " ".join(str(float(word) * size + far) for word in words.split())
 
     found = {}
     for name, removal in (("number", "remove_blocks=3"), ("polygon", f"remove_inside={placed(square + ' ' + upper)}"),
                           ("numbers", "remove_blocks=3 4"), ("polygons", f"remove_inside={placed(square)}")):
         moved = [np.asarray(corners) + far / size for corners in blocks]
         decks = scene(tmp_path, moved, [(x + far / size, y + far / size, b) for x, y, b in held(GROUND, 1)], "&step balance=1e-5 /\n"
-                      f"&stage {removal}, kind='dynamic' /\n&step size={0.002 * size**0.5!r}, count=10 /", size=size, dt=0.01 * size**0.5)
+                      f"&stage {removal}, kind='dynamic' /\n&step size={0.002 * size**0.5}, count=10 /", size=size, dt=0.01 * size**0.5)
         found[name] = run(tmp_path, decks, name=f"{name}.h5")[1]
     for one, other, gone in (("number", "polygon", [2]), ("numbers", "polygons", [2, 3])):
         a, b = found[one], found[other]
@@ -251,7 +251,7 @@ def test_bonds_of_all_lengths_share_a_load_where_a_stage_changes_their_stiffness
     blocks = [box(0, 0.5, 0, 1), box(0.5, 3, 0, 1), box(0, 3, -1, 0)]
     decks = scene(tmp_path, blocks, [*held(blocks[0], 1), *held(blocks[1], 2)],
                   f"&joints kn=7e9, ks=7e9 /\n&step balance=1e-7 /\n&stage name='b' /\n&joints {second}{', ks=none' * (second == 'kn=none')} /", steps=300)
-    (tmp_path / "x.ana").write_text((tmp_path / "x.ana").read_text().replace("30.0 0 0\n", f"30.0 1e6 {24525 / 0.9!r}\n"))
+    (tmp_path / "x.ana").write_text((tmp_path / "x.ana").read_text().replace("30.0 0 0\n", f"30.0 1e6 {24525 / 0.9}\n"))
     said, r = run(tmp_path, decks)
     assert said["status"] == "complete"
     contacts = r.contacts_of(-1)

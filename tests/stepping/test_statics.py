@@ -20,7 +20,7 @@ def decks(folder, phi=30.0, tilt=0.0, steps=40, dt=0.02, groups="", size=1.0):
     turn = np.array([[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]])
     ground, block = size * box(-2, 8, -1, 0) @ turn.T, size * box(0, 1, 0, 1) @ turn.T
     (folder / "x.blk").write_text(block_file("x", [(1, ground), (1, block)], held(ground, 1)))
-    (folder / "x.ana").write_text(f"0 {steps} 1 1 0.05 {dt!r}\n2500 24525 {1e9 * size!r} 0.25\n0 0 0  0 0 0  0 0 0\n{phi!r} 0 0\n{groups}\n")
+    (folder / "x.ana").write_text(f"0 {steps} 1 1 0.05 {dt}\n2500 24525 {1e9 * size} 0.25\n0 0 0  0 0 0  0 0 0\n{phi} 0 0\n{groups}\n")
     return [folder / "x.blk", folder / "x.ana"]
 
 
@@ -70,7 +70,7 @@ def test_a_run_whose_steps_end_before_its_loads_have_grown_is_not_complete(stage
 
 
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-@pytest.mark.parametrize("groups", ["", "&method strain='green' /", "&method model='nmm' /\n&cover edge={0!r} /",
+@pytest.mark.parametrize("groups", ["", "&method strain='green' /", "&method model='nmm' /\n&cover edge={0} /",
                                     "&method preset='shi' /", "&contact method='augmented' /"])
 def test_a_run_ends_where_it_has_come_to_equilibrium(groups, size, tmp_path):
     given = decks(tmp_path, tilt=0.3, steps=1000, dt=0.02 * size**0.5, size=size,
@@ -149,7 +149,7 @@ def test_a_meshed_block_that_slides_freely_moves(phi, edge, tmp_path):
 @pytest.mark.parametrize("share, stands", [(0.35, True), (0.37, False), (0.5, False)])
 def test_a_ground_that_pushes_evenly_is_a_load(share, stands, end, tmp_path):
     """Pseudo-static: tan 20 = 0.364. It was judged once the record had ended, and stood with 0.5 of its weight along; a longer one never ended."""
-    groups = f"&acceleration table=0 {share * 9.81} 0 {end!r} {share * 9.81} 0 /\n&step balance=1e-4 /"
+    groups = f"&acceleration table=0 {share * 9.81} 0 {end} {share * 9.81} 0 /\n&step balance=1e-4 /"
     said, _, _ = summary(tmp_path, *decks(tmp_path, phi=20.0, steps=400, dt=0.01, groups=groups))
     assert said["status"].split(":")[0] == ("complete" if stands else "moves")
 
@@ -179,7 +179,7 @@ def test_a_load_that_changes_is_followed_to_its_end(tmp_path):
         weight = 24525.0
         force = push * weight * np.tan(np.radians(30))
         (tmp_path / "x.blk").write_text(block_file("x", [(1, GROUND[1]), (1, box(0, 1, 0, 1))], held(GROUND[1], 1), [(0.5, 0.1, 2)]))
-        tables = f"0 0 0 0 2\n0 0 0  1 {force!r} 0"
+        tables = f"0 0 0 0 2\n0 0 0  1 {force} 0"
         given[1].write_text(f"0 60 1 1 0.05 0.1 0\n{tables}\n2500 {weight} 1e9 0.25\n0 0 0  0 0 0  0 0 0\n30 0 0\n"
                             "&deck dialect='shi' /\n&step balance=1e-4 /\n")
         said, _, r = summary(tmp_path, *given)

@@ -110,8 +110,8 @@ def test_a_small_edge_cuts_no_step_of_what_falls(groups, edge, tmp_path):
     block = edge * (np.array([(0, 0), (1 - chamfer, 0), (1, chamfer), (1, 1), (0, 1)]) + [0, apart])
     floor = edge * block_files.box(-2, 3, -1, 0)
     (tmp_path / "fall.blk").write_text(block_files.block_file("Fall", [(1, floor), (2, block)], block_files.held(floor, 1)))
-    rock = f"{1e10 * edge!r} 0.25 {'0 0 0 ' * 3}"
-    (tmp_path / "fall.ana").write_text(f"1 40 2 1 0.05 {5e-3 * edge**0.5!r}\n2500 0 {rock}\n2500 24525 {rock}\n30 0 0\n"
+    rock = f"{1e10 * edge} 0.25 {'0 0 0 ' * 3}"
+    (tmp_path / "fall.ana").write_text(f"1 40 2 1 0.05 {5e-3 * edge**0.5}\n2500 0 {rock}\n2500 24525 {rock}\n30 0 0\n"
                                        f"&deck geometry='fall.blk', dialect='short' /\n{groups.format(edge=0.7 * edge)}\n")
     results = scree.run(tmp_path / "fall.ana")
     keeps_its_steps(results, 40)

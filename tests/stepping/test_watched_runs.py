@@ -17,9 +17,9 @@ def run(folder, blocks, analysis, *, fixed=(), status=0):
     head, rows, at = [], [], 1
     for x, y, w, h, material in blocks:
         head.append(f"{material} {at} {at + 3}")
-        rows += [f"1 {a!r} {b!r}" for a, b in ((x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y))] + ["0 0 0"] * 3
+        rows += [f"1 {a} {b}" for a, b in ((x, y), (x + w, y), (x + w, y + h), (x, y + h), (x, y))] + ["0 0 0"] * 3
         at += 8
-    points = [f"{x!r} {y!r} {block}" for x, y, block in fixed]
+    points = [f"{x} {y} {block}" for x, y, block in fixed]
     (folder / "x.blk").write_text("\n".join([f"{len(blocks)} 0 {len(rows)}", f"{len(fixed)} 0 0", *head, *rows, *points, ""]))
     (folder / "x.ana").write_text(analysis)
     done = scree.call("run", folder / "x.blk", folder / "x.ana", "-o", folder / "x.h5", "--quiet", timeout=300)
@@ -30,10 +30,10 @@ def run(folder, blocks, analysis, *, fixed=(), status=0):
 def column(folder, a, density, mode, status, young=1e10, g=10.0, steps=400, more=""):
     """A block of edge a between a fixed floor and another whose density is given, for 400 steps of a fifth of a free fall."""
     dt = 0.02 * np.sqrt(2 * a / g)
-    rock = [f"{rho!r} {rho * g!r} {young!r} 0.25\n0 0 0\n0 0 0\n0 0 0\n" for rho in (2500.0, density)]
+    rock = [f"{rho} {rho * g} {young} 0.25\n0 0 0\n0 0 0\n0 0 0\n" for rho in (2500.0, density)]
     fixed = [(-4.9 * a, -1.9 * a, 1), (4.9 * a, -1.9 * a, 1), (4.9 * a, -0.1 * a, 1), (-4.9 * a, -0.1 * a, 1)]
     return run(folder, [(-5 * a, -2 * a, 10 * a, 2 * a, 1), (-a / 2, 0.0, a, a, 1), (-a / 2, a, a, a, 2)],
-               f"1 {steps} 2 1 0.05 {float(dt)!r}\n{''.join(rock)}30 0 0\n&deck dialect='short' /\n{MODES[mode]}\n{more}\n", fixed=fixed,
+               f"1 {steps} 2 1 0.05 {float(dt)}\n{''.join(rock)}30 0 0\n&deck dialect='short' /\n{MODES[mode]}\n{more}\n", fixed=fixed,
                status=status)
 
 
@@ -66,7 +66,7 @@ def test_a_block_under_a_thousandth_of_what_it_bears_is_not_spoken_of(a, mode, t
     assert [line for line in said.splitlines() if "gamma H/E" not in line] == []
 
 
-SPIN = "1 {steps} 1 1 0.05 {dt!r}\n2.5 0 1e7 0.25\n0 0 0\n0 0 0\n1 0 {spin!r}\n0 0 0\n&deck dialect='short' /\n{groups}\n"
+SPIN = "1 {steps} 1 1 0.05 {dt}\n2.5 0 1e7 0.25\n0 0 0\n0 0 0\n1 0 {spin}\n0 0 0\n&deck dialect='short' /\n{groups}\n"
 
 
 @pytest.mark.parametrize("strain", ["small", "green"])

@@ -114,7 +114,7 @@ def replay_with(path, out, frame, row, by):
     n_points = sum(map(int, lines[1].split()))
     at = 3 + n_blocks + frame * (oo + n_points + 2) + row
     joint, x, y = lines[at].split()
-    lines[at] = f"{joint} {float(x) + by!r} {y}"
+    lines[at] = f"{joint} {float(x) + by} {y}"
     out.write_text("\n".join(lines) + "\n")
     return out
 

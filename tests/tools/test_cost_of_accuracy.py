@@ -335,9 +335,9 @@ def test_errors_do_not_depend_on_the_units(model, tmp_path):
                        for corners in (block_files.box(-5, 10, -1, 0), block_files.box(0, 1, 0, 1)))
         text = block_files.block_file("slides", [(1, base), (2, block)], block_files.held(base, 1), measured=[(*block.mean(0), 2)])
         (folder / "slides.blk").write_text(text)
-        rock = f"{1e10 * size!r} 0.25 0 0 0 0 0 0 0 0 0"
-        mesh = f"&method model='nmm' /\n&cover edge={0.8 * size!r} /\n" if model == "nmm" else ""
-        (folder / "slides.ana").write_text(f"1 50 2 1 0.05 {0.01 * math.sqrt(size)!r}\n2500 0 {rock}\n2500 24525 {rock}\n17 0 0\n"
+        rock = f"{1e10 * size} 0.25 0 0 0 0 0 0 0 0 0"
+        mesh = f"&method model='nmm' /\n&cover edge={0.8 * size} /\n" if model == "nmm" else ""
+        (folder / "slides.ana").write_text(f"1 50 2 1 0.05 {0.01 * math.sqrt(size)}\n2500 0 {rock}\n2500 24525 {rock}\n17 0 0\n"
                                            f"&deck geometry='slides.blk', dialect='short' /\n{mesh}")
         _, rows = cost(folder, folder / "slides.ana", "--strains", "deck", "green", "--integrators", "deck", "--contacts", "deck",
                        "--tolerances", "deck", "--steps", 4, 2, "--rounds", 1, "--quantity", "displacement", "rotation")

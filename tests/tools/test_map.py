@@ -64,12 +64,12 @@ def test_every_format_gives_the_same_deck(tmp_path):
     traces = np.array([[0.1, 1 / 3], [2.0, math.pi]]).tolist(), [[1, 1], [2, 1 / 7], [3, 5]], [[-1e-3, 0], [7e6 + 1 / 3, 1]]
     write(tmp_path / "a.geojson", *(line(*trace) for trace in traces))
     write(tmp_path / "b.geojson", feature("MultiLineString", traces))
-    (tmp_path / "c.csv").write_text("\n".join(",".join(repr(number) for place in trace for number in place) for trace in traces))
-    (tmp_path / "d.csv").write_text("Trace;X;Y\n" + "\n".join(f"{k};{x!r};{y!r}" for k, trace in enumerate(traces) for x, y in trace))
+    (tmp_path / "c.csv").write_text("\n".join(",".join(str(number) for place in trace for number in place) for trace in traces))
+    (tmp_path / "d.csv").write_text("Trace;X;Y\n" + "\n".join(f"{k};{x};{y}" for k, trace in enumerate(traces) for x, y in trace))
     (tmp_path / "e.txt").write_text("x1\ty1\tx2\ty2\n" + "\n".join(
-        "\t".join(repr(number) for number in (*a, *b)) for trace in traces for a, b in zip(trace, trace[1:])))
+        "\t".join(str(number) for number in (*a, *b)) for trace in traces for a, b in zip(trace, trace[1:])))
     (tmp_path / "f.csv").write_text("id,WKT\n" + "\n".join(
-        f'{k},"LINESTRING ({", ".join(f"{x!r} {y!r}" for x, y in trace)})"' for k, trace in enumerate(traces)))
+        f'{k},"LINESTRING ({", ".join(f"{x} {y}" for x, y in trace)})"' for k, trace in enumerate(traces)))
     document = ezdxf.new("R2010")
     for trace in traces:
         document.modelspace().add_lwpolyline(trace)

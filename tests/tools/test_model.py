@@ -26,7 +26,7 @@ def explained(deck, folder):
     assert said.returncode == 0, said.stderr
     lines = [line.split("  (")[0] for line in said.stdout.splitlines()
              if not line.startswith(("geometry:", "analysis:", "  deck.", "  cover.mesh", "  acceleration.file"))]
-    return [" ".join(repr(float(as_number(word))) if NUMBER.match(word) else word for word in line.replace(";", " ").split()) for line in lines]
+    return [" ".join(str(float(as_number(word))) if NUMBER.match(word) else word for word in line.replace(";", " ").split()) for line in lines]
 
 
 def bits_of_run(deck, steps, output):

@@ -58,8 +58,8 @@ def slides(tmp_path_factory):
 def test_vectors_are_those_of_the_centroids_and_crosses_the_principal_stresses(model, edge, tmp_path):
     (tmp_path / "s.geo").write_text(SQUARE.format(a=edge))
     (tmp_path / "s.ana").write_text(SHEARED.format(geometry="s.geo"))
-    mesh = ["method.model=nmm", f"cover.edge={0.4 * edge!r}"] if model == "nmm" else []
-    speed = [f"material(1).vx={0.2 * edge!r}", f"material(1).vy={-0.1 * edge!r}"]
+    mesh = ["method.model=nmm", f"cover.edge={0.4 * edge}"] if model == "nmm" else []
+    speed = [f"material(1).vx={0.2 * edge}", f"material(1).vy={-0.1 * edge}"]
     r = scree.run("s.ana", settings=["output.every=1", *mesh, *speed], cwd=tmp_path)
     file = frames(tmp_path / "s.h5")
     if model == "dda":

@@ -426,7 +426,7 @@ def test_places_far_from_the_origin_are_kept(edge, tmp_path):
     corners = far + edge * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     lines = "".join(f"{a[0]:.17g} {a[1]:.17g} {b[0]:.17g} {b[1]:.17g} 1\n" for a, b in zip(corners, np.roll(corners, -1, axis=0)))
     (tmp_path / "s.geo").write_text(f"0.001 4 4 0 0 0 0 0 0\n{lines}")
-    (tmp_path / "s.ana").write_text(f"1 20 1 1 0.01 0.01\n2500 0 1e9 0.2 0 0 0 0 0 0 {edge!r} 0 0\n30 0 0\n&deck geometry='s.geo' /\n")
+    (tmp_path / "s.ana").write_text(f"1 20 1 1 0.01 0.01\n2500 0 1e9 0.2 0 0 0 0 0 0 {edge} 0 0\n30 0 0\n&deck geometry='s.geo' /\n")
     results = scree.run("s.ana", settings=["output.every=10"], cwd=tmp_path)
     pack, file = Pack(), drawing.Frames(results.path, "s")
     scene = pack_frames(file, pack, Units())

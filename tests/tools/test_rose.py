@@ -18,7 +18,7 @@ LINES = [(0, 0, 4, 0, 1), (4, 0, 4, 3, 1), (4, 3, 0, 3, 1), (0, 3, 0, 0, 1), (0,
 
 @pytest.mark.parametrize("edge", [1e-3, 1.0, 1e3])
 def test_lengths_are_those_of_the_joints_in_their_directions(edge, tmp_path):
-    text = "".join(f"{a * edge!r} {b * edge!r} {c * edge!r} {d * edge!r} {k}\n" for a, b, c, d, k in LINES)
+    text = "".join(f"{a * edge} {b * edge} {c * edge} {d * edge} {k}\n" for a, b, c, d, k in LINES)
     (tmp_path / "x.geo").write_text(f"0.001 {len(LINES)} 4 0 0 0 0 0 0\n{text}")
     file = drawing.open_shapes(tmp_path / "x.geo", SCREE, tmp_path)
     angle, length, material = rose.joint_directions(file)

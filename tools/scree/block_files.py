@@ -14,10 +14,10 @@ def block_file(title, blocks, fixed=(), load=(), measured=()):
         n = len(corners)
         joint = list(joints[0]) if joints else [1] * n
         ranges.append(f"{material} {rows + 1} {rows + n}")
-        body += [f"{joint[i - 1]} {float(corners[i % n][0])!r} {float(corners[i % n][1])!r}" for i in range(n + 1)]
+        body += [f"{joint[i - 1]} {float(corners[i % n][0])} {float(corners[i % n][1])}" for i in range(n + 1)]
         body += ["0 0 0"] * 3
         rows += n + 4
-    points = [f"{float(x)!r} {float(y)!r} {number}" for x, y, number in (*fixed, *load, *measured)]
+    points = [f"{float(x)} {float(y)} {number}" for x, y, number in (*fixed, *load, *measured)]
     head = [f"! {title}", f"{len(blocks)} 0 {rows}", f"{len(fixed)} {len(load)} {len(measured)}"]
     return "\n".join(head + ranges + body + points) + "\n"
 

@@ -137,7 +137,7 @@ def geometry_text(part, analysis):
                                                    (loads, "load points"), (measured, "measured points"), (holes, "hole points"))]
     rows = [row for rows in (lines, materials, bolts, fixed, loads, measured, holes) for row in rows]
     return (f"! From {part.path.name}, DDAML\n" + "".join(f"{number!s:<12} ! {what}\n" for number, what in heads)
-            + "".join(" ".join(map(repr, row)) + "\n" for row in rows))
+            + "".join(" ".join(map(str, row)) + "\n" for row in rows))
 
 
 def fixed_rows(part):
@@ -191,12 +191,12 @@ def analysis_text(part, geometry, geometry_name):
         numbers += [[stiffness], *shi_tables(part, geometry, tables)]
     else:
         if stiffness > 0:
-            groups.append(f"&contact stiffness={stiffness!r} /")
+            groups.append(f"&contact stiffness={stiffness} /")
         if tables:
-            groups.append("&loads force=" + "  ".join(f"{table[0][1]!r} {table[0][2]!r}" for table in tables) + " /")
+            groups.append("&loads force=" + "  ".join(f"{table[0][1]} {table[0][2]}" for table in tables) + " /")
     groups += groups_of_flags(part)
     rows = [*numbers, *(row for rows in blocks for row in rows), *joints]
-    return (f"! From {part.path.name}, DDAML\n" + "".join(" ".join(map(repr, row)) + "\n" for row in rows)
+    return (f"! From {part.path.name}, DDAML\n" + "".join(" ".join(map(str, row)) + "\n" for row in rows)
             + "".join(f"{group}\n" for group in groups))
 
 

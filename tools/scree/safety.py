@@ -91,7 +91,7 @@ class Reduction:
                  folder: pathlib.Path, path: StrPath | None = None, stage: str | None = None, load: str | None = None,
                  sought: Sought | None = None) -> None:
         self.decks, self.folder, self.path, self.sought, self.load = list(decks), folder, path, sought or Sought(), load
-        self.settings, self.balance = [*settings, "deck.k01=0"], f"step.balance={balance!r}"
+        self.settings, self.balance = [*settings, "deck.k01=0"], f"step.balance={balance}"
         said = Explained(self._explain())
         self.stages, self.n_stages = self._stages(said, stage), len(said.stages)
         self.stage = self.stages[-1]
@@ -171,17 +171,17 @@ class Reduction:
             prefix = f"stage({k})." if k > 1 else ""
             for name in LOADS[self.load] if self.load else ():
                 if values := numbers(stage, name):
-                    yield f"{prefix}{name}={' '.join(repr(factor * value) for value in values)}"
+                    yield f"{prefix}{name}={' '.join(str(factor * value) for value in values)}"
             for name in (*STRENGTH, *LATER_STRENGTH) if not self.load else ():
                 weaker = [weakened(value, name, factor) if joint in self.joints else value
                           for joint, value in enumerate(self.strength(stage, name), 1)]
                 if weaker and (k > 1 or f"joints.{name}" in stage):
-                    yield f"{prefix}joints.{name}={' '.join(map(repr, weaker))}"
+                    yield f"{prefix}joints.{name}={' '.join(map(str, weaker))}"
                 elif weaker:
-                    yield from (f"joint({joint}).{name}={weaker[joint - 1]!r}" for joint in self.joints)
+                    yield from (f"joint({joint}).{name}={weaker[joint - 1]}" for joint in self.joints)
             for name in OF_BLOCKS if self.reduces_blocks and not self.load else ():
                 if of_blocks := numbers(stage, name):
-                    yield f"{prefix}{name}={' '.join(repr(value / factor) for value in of_blocks)}"
+                    yield f"{prefix}{name}={' '.join(str(value / factor) for value in of_blocks)}"
 
     def taken_away(self, factor: float) -> set[int]:
         """Blocks that fell with this factor or a smaller one, and do not count; and those of mechanisms found before."""

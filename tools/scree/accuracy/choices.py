@@ -40,7 +40,7 @@ class Choice:
 
     def settings(self, asked, size):
         """The settings of the choice, beside those that were asked for, by name; `size` is a step of the deck."""
-        found = [f"step.size={self.step * size!r}"]
+        found = [f"step.size={self.step * size}"]
         if self.strain in CURES:
             found += ["method.strain=small", f"method.rotation={self.strain}"]
         elif self.strain != DECK:
@@ -51,7 +51,7 @@ class Choice:
         if self.contact == MULTIPLIERS:
             found.append("contact.method=augmented")
         elif self.contact != DECK:
-            found.append(f"contact.stiffness={float(self.contact) * number(asked, 'contact.stiffness')!r}")
+            found.append(f"contact.stiffness={float(self.contact) * number(asked, 'contact.stiffness')}")
         if self.tolerance != DECK:
             found.append(f"iteration.tolerance={self.tolerance}")
         if self.accuracy != DECK:

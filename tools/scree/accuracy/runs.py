@@ -65,7 +65,7 @@ class Study:
     def write(self, choice):
         """Decks and settings of a choice, but for what depends on the settings of the deck."""
         decks, of_mesh = self.scene.write(self.decks, 1.0 if choice.mesh == DECK else float(choice.mesh))
-        return decks, [*self.settings, *of_mesh, *FRAMES, f"step.end_time={self.scene.end!r}"]
+        return decks, [*self.settings, *of_mesh, *FRAMES, f"step.end_time={self.scene.end}"]
 
     def made(self, choice, extra=False):
         """The run of a choice; RunFailed where the program refuses it."""

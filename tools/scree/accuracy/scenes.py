@@ -149,7 +149,7 @@ def cantilever(name, text):
         """The load grows with time; fixed points stand where the mesh meets the clamped edge."""
         height = depth / round(rows / mesh)
         clamped = sorted({0.0, depth} | {j / 2 * height for j in range(1, 2 * round(rows / mesh))})
-        points = [f"0 {y!r} 0 {y!r}" for y in clamped] + [f"{length} 0", f"{length} {depth}"] * 2  # loads, measured points
+        points = [f"0 {y} 0 {y}" for y in clamped] + [f"{length} 0", f"{length} {depth}"] * 2  # loads, measured points
         geometry, deck = folder / f"cantilever-{mesh:g}.geo", folder / f"cantilever-{mesh:g}.ana"
         geometry.write_text(
             f"1e-6\n4 4\n0\n0\n{len(clamped)}\n2\n2\n0\n0 0 {length} 0 1\n{length} 0 {length} {depth} 1\n"
@@ -157,7 +157,7 @@ def cantilever(name, text):
         tables = " ".join(["0"] * len(clamped) + ["2", "2"])
         load = f"0 0 0 1 0 {-force / 2}\n"
         deck.write_text(f"0 8 1 1 0.05 0.125\n0\n{tables}\n{load}{load}1e-3 0 1e7 0.3\n0 0 0\n0 0 0\n0 0 0\n30 0 0\n"
-                        f"&deck dialect='shi' /\n&method model='nmm' /\n&cover edge={height / math.sqrt(0.75)!r}, origin=0 0 /\n"
+                        f"&deck dialect='shi' /\n&method model='nmm' /\n&cover edge={height / math.sqrt(0.75)}, origin=0 0 /\n"
                         "&iteration most=200 /\n")
         return [geometry, deck], []
 
@@ -288,7 +288,7 @@ def own(deck, asked, quantities):
             raise ScreeError(f"{deck}: expected a deck with {name}, as errors are compared at one time, found none")
 
     def write(folder, mesh):
-        return [deck], [f"cover.edge={mesh * number(asked, 'cover.edge')!r}"] if mesh != 1 else []
+        return [deck], [f"cover.edge={mesh * number(asked, 'cover.edge')}"] if mesh != 1 else []
 
     return Scene(deck.stem, f"the deck {deck.name}", write, quantities,
                  float(asked["step.end_time"]), float(asked["step.size"]), axes(), deck)

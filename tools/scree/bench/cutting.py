@@ -50,7 +50,7 @@ def trace_map(n, seed):
 
 def write_geometry(path, lines, e0=0):
     """A geometry deck of lines of joint material 1, the first four boundary."""
-    rows = "".join(f"{x1!r} {y1!r} {x2!r} {y2!r} 1\n" for x1, y1, x2, y2 in np.asarray(lines, float).tolist())
+    rows = "".join(f"{x1} {y1} {x2} {y2} 1\n" for x1, y1, x2, y2 in np.asarray(lines, float).tolist())
     path.write_text(f"{e0}\n{len(lines)} 4\n0\n0 0 0 0 0\n{rows}")
 
 
@@ -89,7 +89,7 @@ def cut_covers(given, folder, n):
 
     def measure():
         _, seconds, megabytes = run(given.scree, "cut", folder / "square.ana", "-o", folder / "square.h5", "--quiet",
-                                    "--set", f"cover.edge={edge_for(n)!r}")
+                                    "--set", f"cover.edge={edge_for(n)}")
         model = read(folder / "square.h5")
         return seconds, len(model.covers.of_element), model.seconds("set-up"), megabytes
 

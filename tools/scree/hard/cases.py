@@ -175,7 +175,7 @@ def slide(settings, overlap=1e-3):
 
     def scaled(size):
         name, value = settings[0].split("=")
-        return [f"{name}={float(value) * (size.time if name == 'step.size' else size.edge)!r}"]
+        return [f"{name}={float(value) * (size.time if name == 'step.size' else size.edge)}"]
     return on_slope(30, phi, goes(way_down(30, phi, 2.0), 2e-3), 2.0, settings=scaled, overlap=overlap)
 
 
@@ -249,7 +249,7 @@ def flight():
 
 def mesh():
     return on_floor(*(box(-0.5, 0.5, i, i + 1) for i in range(5)), wide=3, deep=1, answer=stands(), convex=True,
-                    settings=lambda size: ["method.model=nmm", f"cover.edge={0.7 * size.edge!r}"])
+                    settings=lambda size: ["method.model=nmm", f"cover.edge={0.7 * size.edge}"])
 
 
 def of_bench(made, overlap=0.01):

@@ -71,18 +71,18 @@ class Scene:
         load = [(size.edge * x, size.edge * y, block + 1) for x, y, block, _, _ in self.pushes]
         geometry.write_text(block_file(name, [(kinds.index((b.density, b.velocity, b.fixed)) + 1, size.edge * np.asarray(b.corners))
                                               for b in self.blocks], fixed, load))
-        rock = f"{self.young * size.young!r} {POISSON}"
-        materials = "".join(f"{density!r} {0.0 if still else density * self.gravity!r} {rock} 0 0 0 0 0 0 "
+        rock = f"{self.young * size.young} {POISSON}"
+        materials = "".join(f"{density} {0.0 if still else density * self.gravity} {rock} 0 0 0 0 0 0 "
                             f"{' '.join(repr(float(v)) for v in size.speed(velocity))}\n" for density, velocity, still in kinds)
         groups = ""
         if self.pushes:
-            groups += "&loads force=" + " ".join(repr(size.edge**2 * float(f)) for *_, fx, fy in self.pushes for f in (fx, fy)) + " /\n"
+            groups += "&loads force=" + " ".join(str(size.edge**2 * float(f)) for *_, fx, fy in self.pushes for f in (fx, fy)) + " /\n"
         if self.shake:
-            groups += "&acceleration table=" + " ".join(map(repr, self.motion(size))) + " /\n"
+            groups += "&acceleration table=" + " ".join(map(str, self.motion(size))) + " /\n"
         end = self.end * size.time
-        analysis.write_text(f"1 {max(1, round(self.end / step))} {len(kinds)} 1 0.05 {step * size.time!r}\n{materials}"
-                            f"{math.degrees(math.atan(self.mu))!r} 0 0\n&deck dialect='short' /\n"
-                            f"&step end_time={end!r} /\n{groups}")
+        analysis.write_text(f"1 {max(1, round(self.end / step))} {len(kinds)} 1 0.05 {step * size.time}\n{materials}"
+                            f"{math.degrees(math.atan(self.mu))} 0 0\n&deck dialect='short' /\n"
+                            f"&step end_time={end} /\n{groups}")
         return [geometry, analysis]
 
     def motion(self, size):

@@ -42,7 +42,7 @@ class Deck:
         self.joining = []                      # lines that join ends of outlines
         window = corners_of(clip) - self.origin if clip else None
         if window is not None and not is_simple(window):
-            raise MapError("--clip: expected corners of a polygon whose sides meet there alone, found " + " ".join(map(repr, clip)))
+            raise MapError("--clip: expected corners of a polygon whose sides meet there alone, found " + " ".join(map(str, clip)))
         self.lines["fixed"] += [[*map(float, np.array(line) - np.tile(self.origin, 2))] for line in fixed]
         for kind, what in OUTLINES.items():
             self.close_outlines(kind, what, self.node_distance() if close is None else close, window)
@@ -284,7 +284,7 @@ class Deck:
                 what = {"joint": f"joint material {role.number}", "boundary": f"boundary, joint material {role.number}",
                         "material": f"block material {role.number}", "tunnel": f"tunnels, joint material {role.number}",
                         "stage": f"removed by stage {role.number}",
-                        "bolt": "bolts of stiffness, strength, pretension " + " ".join(map(repr, role.bolt or ())),
+                        "bolt": "bolts of stiffness, strength, pretension " + " ".join(map(str, role.bolt or ())),
                         "water": "water table"}.get(role.kind, role.kind)
                 lines, points = self.counts[layer]
                 text.append(name + ", ".join([what] + [counted(n, one) for n, one in ((lines, "line"), (points, "point")) if n]))
@@ -293,7 +293,7 @@ class Deck:
             text.append(f"layer '{name}'" + (f": {entities} invisible, skipped" if why == "invisible" else
                                              f" is {why}: {entities} skipped"))
         if self.origin.any():
-            text.append(f"origin: {float(self.origin[0])!r} {float(self.origin[1])!r} is taken off all coordinates; "
+            text.append(f"origin: {float(self.origin[0])} {float(self.origin[1])} is taken off all coordinates; "
                         "add it to come back to those of the map")
         text += self.said
         if self.dropped:
@@ -324,7 +324,7 @@ class Deck:
         lines = self.lines["boundary"] + self.lines["joint"]
         name = shown(", ".join(pathlib.Path(path).name for path in self.drawing.files))
         head = [f"From {name}, chords within {self.sagitta:.6g} of the curves", *self.mapping(), *self.warnings()]
-        numbers = [(repr(self.e0), "least distance of edge and node, over the size (e0)"),
+        numbers = [(str(self.e0), "least distance of edge and node, over the size (e0)"),
                    (f"{len(lines)} {len(self.lines['boundary'])}", "lines, boundary lines"),
                    (len(self.lines["material"]), "material lines"), (len(self.lines["bolt"]), "bolts"),
                    (len(self.lines["fixed"]), "fixed lines"),
@@ -332,20 +332,20 @@ class Deck:
         rows = itertools.chain(lines, *(self.lines[kind] for kind in ("material", "bolt", "fixed")),
                                *(self.points[kind] for kind in POINT_KINDS))
         return "".join([f"! {line}\n" for line in head] + [f"{number!s:<12} ! {what}\n" for number, what in numbers]
-                       + [" ".join(map(repr, row)) + "\n" for row in rows] + self.groups())
+                       + [" ".join(map(str, row)) + "\n" for row in rows] + self.groups())
 
     def stages(self):
         """The groups &stage that remove what is drawn to be removed, from the second to the last of them."""
-        corners = {number: "  ".join(f"{x!r} {y!r}" for ring in with_shapely().rings_of(shape) for x, y in ring.tolist())
+        corners = {number: "  ".join(f"{x} {y}" for ring in with_shapely().rings_of(shape) for x, y in ring.tolist())
                    for number, shape in self.removed.items()}
         return "".join(f"&stage remove_inside={corners[k]} /\n" if k in corners else "&stage /\n"
                        for k in range(FIRST_STAGE, max(corners) + 1))
 
     def groups(self):
         """The groups of places that the deck ends in."""
-        text = [f"&blocks least_area={self.least_area!r} /\n"] if self.least_area > 0 else []
+        text = [f"&blocks least_area={self.least_area} /\n"] if self.least_area > 0 else []
         if self.table:
-            text.append("&water table=" + "  ".join(f"{x!r} {y!r}" for x, y in self.table) + " /\n")
+            text.append("&water table=" + "  ".join(f"{x} {y}" for x, y in self.table) + " /\n")
         return text
 
 

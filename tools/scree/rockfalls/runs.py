@@ -64,10 +64,10 @@ def decks(scene: RockFall, rock: Rock, folder: pathlib.Path) -> list[pathlib.Pat
     blocks = [(2, rock.corners + rock.place, [number[ROCK]] * len(rock.corners)), *columns]
     (folder / "fall.blk").write_text(block_file(scene.title.replace("\n", " "), blocks, points, measured=[(*rock.place, 1)]))
     weight = scene.density * scene.gravity
-    rows = [f"1 {max(1, round(scene.time / scene.step))} 2 {len(names)} 0.05 {scene.step!r}",
-            f"{scene.density!r} 0 1e10 0.25 0 0 0 0 0 0 0 0 0",
-            f"{scene.density!r} {weight!r} 1e10 0.25 0 0 0 0 0 0 " + " ".join(repr(float(v)) for v in rock.velocity),
-            *(f"{rock.laws[name][0]!r} 0 0" for name in names),
+    rows = [f"1 {max(1, round(scene.time / scene.step))} 2 {len(names)} 0.05 {scene.step}",
+            f"{scene.density} 0 1e10 0.25 0 0 0 0 0 0 0 0 0",
+            f"{scene.density} {weight} 1e10 0.25 0 0 0 0 0 0 " + " ".join(repr(float(v)) for v in rock.velocity),
+            *(f"{rock.laws[name][0]} 0 0" for name in names),
             "&deck dialect='short', geometry='fall.blk' /", "&integrator scheme='small_steps' /", "&output every=999999999 /",
             f"&joints restitution={' '.join(repr(float(rock.laws[name][1])) for name in names)} /"]
     (folder / "fall.ana").write_text("\n".join(rows) + "\n")

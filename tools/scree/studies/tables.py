@@ -111,7 +111,7 @@ def text_of(value):
     """A value as `--set` takes it."""
     if isinstance(value, list):
         return " ".join(text_of(one) for one in value)
-    return value if isinstance(value, str) else repr(value)
+    return str(value)
 
 
 def points(name, what):

@@ -418,7 +418,7 @@ def p4(run):
     coarse = ["cover.edge=0.028867513"]
     counts = {"newton": {1: 7, 3: 10, 5: 11, 10: 12}, "secant": {1: 12, 3: 23}}  # of an independent program; the secant mixed with 3 before
     for words, load, solves in ((words, load, n) for words, of_load in counts.items() for load, n in of_load.items()):
-        force = f"loads.force=0 {-25000 * load / 3!r} 0 {-25000 * load / 3!r}"
+        force = f"loads.force=0 {-25000 * load / 3} 0 {-25000 * load / 3}"
         mixed = ["iteration.method=secant", "iteration.anderson=3", "iteration.most=100"] if words == "secant" else []
         r = run(deck, settings=[*coarse, force, *mixed], name=f"p4-{words}{load}")
         yield Row(f"solves, {words}, 4 rows, P L^2/EI = {load}", solves, r.history.solves.sum(), 0.1)

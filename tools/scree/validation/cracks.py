@@ -11,7 +11,7 @@ INTENSITY, GROWTH = DECKS / "k1-intensity", DECKS / "k2-growth"
 
 def node_at(tip, angle=0.0):
     """Settings of a regular mesh that has a node at a tip, and a row of sides at an angle."""
-    return [f"cover.origin={tip[0]!r} {tip[1]!r}", f"cover.angle={angle!r}"]
+    return [f"cover.origin={tip[0]} {tip[1]}", f"cover.angle={angle}"]
 
 
 def intensity(r):
@@ -69,7 +69,7 @@ def k2(run):
     low, high = 0.9, 1.1  # shares of the reference: a toughness at which the crack grows, and one at which it does not
     while high - low > 5e-3:
         middle = (low + high) / 2
-        r = run(GROWTH / "inclined.ana", name="k2-threshold", settings=[f"cracks.toughness={middle * hoop!r}", "step.count=2"])
+        r = run(GROWTH / "inclined.ana", name="k2-threshold", settings=[f"cracks.toughness={middle * hoop}", "step.count=2"])
         grows = r.history.cracks.length[-1, 0] > r.history.cracks.length[0, 0]
         low, high = (middle, high) if grows else (low, middle)
     yield Row("load at which it grows", 1.0, 2 / (low + high), 0.06)

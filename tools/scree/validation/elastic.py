@@ -35,7 +35,7 @@ def e6(run):
     found = {}
     for order, rows in ((0, (8, 16, 32)), (1, (1, 2, 4, 8))):
         for n in rows:
-            r = run(deck, settings=[f"cover.order={order}", f"cover.edge={SIDE / n!r}"], name=f"e6-order{order}-{n}")
+            r = run(deck, settings=[f"cover.order={order}", f"cover.edge={SIDE / n}"], name=f"e6-order{order}-{n}")
             found[order, n] = -r.measured_points.displacement[-1, :, 1].mean()
     for words, of in (("order=0, 16 rows", (0, 16)), ("order=1, one row", (1, 1))):
         yield Row(f"deflection, {words}", beam.deflection(1e4), found[of], 0.01)
@@ -49,7 +49,7 @@ def e6(run):
 def bar_ends(run, ratio, name):
     """How the bar of e7 ends under a load over E: with its words where it is refused for its stiffness."""
     try:
-        r = run(DECKS / "e7-bar" / "bar.ana", settings=[f"boundary.traction={ratio * 1e9!r} 0 {ratio * 1e9!r} 0"], name=name)
+        r = run(DECKS / "e7-bar" / "bar.ana", settings=[f"boundary.traction={ratio * 1e9} 0 {ratio * 1e9} 0"], name=name)
     except RunFailed as failed:
         return "lost its stiffness" if "Green strain has lost its stiffness" in failed.said else "fails"
     return r.scene.status
@@ -60,7 +60,7 @@ def e7(run):
     """Bar in Green strain: stretch, and loss of stiffness."""
     for name, settings in (("block", []), ("mesh", ["method.model=nmm", "cover.edge=0.4"])):
         for ratio in (0.01, 0.1, 0.5, -0.1, -0.192):
-            r = run(DECKS / "e7-bar" / "bar.ana", settings=[f"boundary.traction={ratio * 1e9!r} 0 {ratio * 1e9!r} 0", *settings],
+            r = run(DECKS / "e7-bar" / "bar.ana", settings=[f"boundary.traction={ratio * 1e9} 0 {ratio * 1e9} 0", *settings],
                     name=f"e7-{name}{ratio:g}")
             yield Row(f"stretch at P/E = {ratio:g}, {name}", references.green_stretch(ratio),
                       1 + r.measured_points.displacement[-1, 0, 0] / 2, 1e-8)
@@ -112,13 +112,13 @@ def e3(run):
     small = references.pendulum_period(0.0, PENDULUM)
     for amplitude in (30, 90, 150):
         exact = references.pendulum_period(math.radians(amplitude), PENDULUM)
-        r, period = swing(run, amplitude, [f"step.end_time={100 * exact!r}"])
+        r, period = swing(run, amplitude, [f"step.end_time={100 * exact}"])
         yield Row(f"T/T0, {amplitude} degrees", exact / small, period / small, 1e-3)
         energy = r.history.energy.kinetic + r.history.energy.strain + r.history.energy.gravity
         fall = 2500 * G * math.sqrt(0.5) * (1 - math.cos(math.radians(amplitude)))
         yield Row(f"energy lost in 100 periods, {amplitude} degrees", 0.0, (energy[0] - energy[-1]) / fall, 1e-3, 1.0)
     exact = references.pendulum_period(math.pi / 2, PENDULUM)
-    off = [swing(run, 90, [f"step.size={size}", f"step.end_time={4 * exact!r}", "integrator.beta=0.5"], f"-{size}")[1] - exact
+    off = [swing(run, 90, [f"step.size={size}", f"step.end_time={4 * exact}", "integrator.beta=0.5"], f"-{size}")[1] - exact
            for size in (0.02, 0.01)]
     yield Row("order of the period, step halved", 2.0, math.log2(off[0] / off[1]), 0.05)
 
@@ -135,7 +135,7 @@ def pulled(count, xx, yy, radius=30.0):
     lines = np.hstack([corners[:-1], corners[1:]])
     t = (np.arange(count) + 0.5) * math.pi / 2 / count
     traction = np.column_stack([xx * np.cos(t), yy * np.sin(t)] * 2)
-    return [f"boundary.{name}={' '.join(map(repr, rows.ravel().tolist()))}" for name, rows in (("lines", lines), ("traction", traction))]
+    return [f"boundary.{name}={' '.join(map(str, rows.ravel().tolist()))}" for name, rows in (("lines", lines), ("traction", traction))]
 
 
 def stress_at(r, place):
@@ -170,7 +170,7 @@ def e11(run):
         found = {}
         for n in (16, 32):
             r = run(DECKS / "e11-brazilian" / "disc.ana", name=f"e11-order{order}-{n}", settings=[
-                f"deck.geometry=quarter{n}.geo", f"cover.order={order}", f"cover.edge={0.8 / n!r}"])
+                f"deck.geometry=quarter{n}.geo", f"cover.order={order}", f"cover.edge={0.8 / n}"])
             nearest = np.argmin([np.linalg.norm(polygon.mean(axis=0)) for polygon in r.polygons(0)])
             found[n] = (stress_at(r, (0, 0)) if order == 1 else r.stress()[nearest])[:2]
         for i, component in enumerate(("xx", "yy")):
@@ -187,7 +187,7 @@ def e10(run):
         found = []
         for halved in (1, 2):
             r = run(DECKS / "e10-rod" / f"{name}.ana", name=f"e10-{name}{halved}",
-                    settings=[f"cover.edge={0.5 / halved!r}", f"step.size={1e-4 / halved!r}", "step.end_time=0.018"])
+                    settings=[f"cover.edge={0.5 / halved}", f"step.size={1e-4 / halved}", "step.end_time=0.018"])
             energy = r.measured_points.velocity[:, :, 0]**2
             passing = r.history.time @ energy / energy.sum(axis=0)
             found.append(10 / (passing[1] - passing[0]))
@@ -245,6 +245,6 @@ def e5(run):
     """The elastica: a slender cantilever in one load step."""
     for load in (1, 2, 5, 10):
         traction = load * 1e9 * 0.02**2 / 12  # P over the height, P = load EI, EI = E h^3/12
-        r = run(DECKS / "e5-elastica" / "beam.ana", settings=[f"boundary.traction=0 {-traction!r} 0 {-traction!r}"], name=f"e5-{load}")
+        r = run(DECKS / "e5-elastica" / "beam.ana", settings=[f"boundary.traction=0 {-traction} 0 {-traction}"], name=f"e5-{load}")
         for words, exact, found in zip(("way back", "deflection"), references.elastica(load), -r.measured_points.displacement[-1].mean(axis=0)):
             yield Row(f"{words}, P L^2/EI = {load}", exact, found, 0.01)
