@@ -12,7 +12,7 @@ from scree import gallery
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 SCENES = gallery.known()
-PAGES = {page.name for page in gallery.pages()}
+PAGES = {name for name, scene in SCENES.items() if not isinstance(scene, gallery.Example)}
 SHOW_WARNINGS = {"joints", "results", "vibration", "when-a-run-stops"}
 LONG = {"studies", "quarry"}  # 200 runs; test_study.py and a test below have shorter ones
 

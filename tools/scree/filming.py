@@ -12,9 +12,6 @@ long: a run writes them at even times by output.interval.
 import pathlib
 import subprocess
 
-import matplotlib
-
-matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.animation import FFMpegWriter, PillowWriter
 

@@ -2,7 +2,7 @@
 
     tools/gallery [NAME ...] [--write] [--keep FOLDER] [--jobs N] [--scree PROGRAM]
 
-A name is that of an example, or of a page with commands, such as tutorial; without any name all are run. An example is an
+A name is that of an example, of a page with commands, such as tutorial, or of a notebook; without any name all are run. An example is an
 analysis deck whose opening comment says what it shows, the commands to give (indented), and after `Expect:` the numbers to expect.
 Or it is a script of Python with a docstring that says this, without commands. Numbers are
 
@@ -11,8 +11,10 @@ Or it is a script of Python with a docstring that says this, without commands. N
 
 On a page the commands are in blocks ```sh, or ```python with a script, each followed by a block ```text where it quotes what they
 print (a script that quotes nothing is not run): its lines are found in that order, with numbers that agree to 0.1 %. Commands are to fail where an error of the program is quoted (scree: ...), nowhere
-else. They run in a folder of their own, with the folders of the tree in it. --write makes doc/gallery.md of the examples, and puts
-the pictures that examples and pages make into doc/pictures. Exit status 1 where a number is off, or a command fails.
+else. They run in a folder of their own, with the folders of the tree in it. The cells of a notebook of doc/ (.ipynb) are run in the
+plain interpreter; they print what the notebook holds, with numbers that agree to 0.1 %, and draw pictures of the same sizes. --write
+makes doc/gallery.md of the examples, puts the pictures that examples and pages make into doc/pictures, and the outputs of cells into
+their notebooks. Exit status 1 where a number is off, or a command fails.
 """
 import ast
 import concurrent.futures
@@ -31,6 +33,7 @@ import numpy as np
 
 from .arguments import ends_in_a_line, parser_for, whole_from
 from .errors import ScreeError
+from .notebooks import lines_of, pictures_of, read_notebook, size_of
 from .program import TREE, program, work_folder
 from .records import stopped_at_once
 from .results import read
@@ -204,6 +207,38 @@ class Page:
         return rows
 
 
+@dataclasses.dataclass
+class NotebookPage:
+    """A notebook of doc/: its cells print what the outputs in it say, and draw pictures of the same sizes."""
+
+    path: pathlib.Path
+    pictures = ()  # those of its outputs stand in it
+
+    @property
+    def name(self):
+        return self.path.stem
+
+    def run(self, folder):
+        """Runs all cells into a notebook of its name in a folder; what is not as the notebook says."""
+        made = folder / self.path.name
+        status, output = give(f"import pathlib, scree.notebooks as n; n.write_executed(*map(pathlib.Path, {[str(self.path), made.name]}))", folder,
+                              INTERPRETERS["python"])
+        if status:
+            return [Outcome(self.name, self.path.name, wrong=how_it_failed(status, output))]
+        return [self.compared(*cells) for cells in zip(*(read_notebook(path)["cells"] for path in (self.path, made)), strict=True)
+                if cells[0]["cell_type"] == "code"]
+
+    def compared(self, kept, made):
+        """The outcome of a cell."""
+        first, said, now = kept["source"][0].strip(), lines_of(kept), lines_of(made)
+        if len(said) != len(now) or not all(map(agree, said, now)):
+            return Outcome(self.name, first, wrong="\n".join(["expected the lines", *said, "found", *now]))
+        sizes, found = ([size_of(picture) for picture in pictures_of(cell)] for cell in (kept, made))
+        if sizes != found:
+            return Outcome(self.name, first, wrong=f"expected pictures of the sizes {sizes}, found {found}")
+        return Outcome(self.name, first, len(said), len(now), 0)
+
+
 def give(commands, folder, interpreter=("sh", "-e")):
     """Gives commands to a shell, or to another interpreter, in a folder: its exit status, with a shell that of the first command that
     fails; what all printed."""
@@ -241,7 +276,7 @@ def known():
     """All examples and pages, by name."""
     folders = sorted(EXAMPLES.iterdir())
     decks = [next(folder / f"{folder.name}{ending}" for ending in (".ana", ".py") if (folder / f"{folder.name}{ending}").exists()) for folder in folders]
-    scenes = [Example(deck) for deck in decks] + pages()
+    scenes = [Example(deck) for deck in decks] + pages() + [NotebookPage(path) for path in sorted(DOC.glob("*.ipynb"))]
     return {scene.name: scene for scene in scenes}
 
 
@@ -294,9 +329,11 @@ def main():
             all_rows += rows
         if given.write:
             for scene in chosen:
-                for picture in scene.pictures:
-                    if (folder / scene.name / picture).exists():
-                        shutil.copy(folder / scene.name / picture, PICTURES / picture)
+                kept = {picture: PICTURES / picture for picture in scene.pictures}
+                kept |= {scene.path.name: scene.path} if isinstance(scene, NotebookPage) else {}
+                for name, place in kept.items():
+                    if (folder / scene.name / name).exists():
+                        shutil.copy(folder / scene.name / name, place)
             (TREE / "doc" / "gallery.md").write_text(gallery_page(scenes.values()))
     off = [row for row in all_rows if not row.holds]
     print(f"{len(all_rows) - len(off)} of {len(all_rows)} as expected")
