@@ -183,7 +183,7 @@ def test_what_a_stage_has_removed_is_not_drawn(tmp_path):
     last = len(file.times) - 1
     gone = ~file.present(last)
     assert gone.sum() == 1 and file.present(0).all()
-    edges, element = file.true_edges(last), file.edges(last)[2]
+    edges, _, element = file.edges(last)
     assert len(edges) == len(element) and not gone[element].any()
     open_ = overlays.joint_states(file, last)["open"]
     lowest = min(polygon[:, 1].min() for polygon, there in zip(file.polygons(last), file.present(last)) if there and polygon[0, 1] > 0)

@@ -51,10 +51,9 @@ def edges_on(file, frame, lines):
     """Edges (n, 2, 2) in a frame that lay on lines x1 y1 x2 y2 at the start, those that are there."""
     if not lines:
         return np.empty((0, 2, 2))
-    start, _, element = file.edges(0)
-    found = on_lines(start.mean(axis=1), start[:, 1] - start[:, 0], np.reshape(lines, (-1, LINE)), tolerance_of(file.file))
-    there = file.present(frame)[element]
-    return file.edges(frame)[0][found[there]]
+    rows = file.faces(frame)
+    start = file.places(rows, 0)
+    return file.places(rows[on_lines(start.mean(axis=1), start[:, 1] - start[:, 0], np.reshape(lines, (-1, LINE)), tolerance_of(file.file))], frame)
 
 
 def outwards(edges):
@@ -105,11 +104,11 @@ def draw_loads(axis, file, frame, settings, common, entries):
     pressure = numbers(settings, "boundary.pressure") or [0.0] * (2 * len(lines))
     traction = numbers(settings, "boundary.traction") or [0.0] * (TRACTION * len(lines))
     tails, heads = [np.empty((0, 2))], [np.empty((0, 2))]
-    start, _, element = file.edges(0)
-    now, there = file.edges(frame)[0], file.present(frame)[element]
+    rows = file.faces(frame)
+    start, now = file.places(rows, 0), file.places(rows, frame)
     for line, ends, pull in zip(lines, np.reshape(pressure, (-1, 2)), np.reshape(traction, (-1, 2, 2))):
-        own = on_lines(start.mean(axis=1), start[:, 1] - start[:, 0], [line], tolerance_of(file.file))[there]
-        edges, before = now[own], start[there][own]
+        own = on_lines(start.mean(axis=1), start[:, 1] - start[:, 0], [line], tolerance_of(file.file))
+        edges, before = now[own], start[own]
         if len(edges) == 0:
             continue
         places, edge = places_along(edges, ALONG * common.size)

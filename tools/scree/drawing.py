@@ -38,8 +38,9 @@ from .overlays import (VECTORS, Common, all_corners, draw_contact_forces, draw_c
                        robust_limits, velocities)
 from .polygons import loops_of
 from .program import cut
-from .results import read
+from .results import LATER, read
 from .rose import draw_rose
+from .tips import draw_tips
 from .units import Units, add_units, units_of_deck
 
 FIELDS = ("material", "block", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
@@ -55,6 +56,7 @@ MOST_COLUMNS = 4   # of a legend
 WIDER = 1.05       # times its width, which letters of another resolution may take
 BELOW = 0.5        # inches from a panel to the legend, for the numbers and the name of x
 TALLEST = 1.4      # of a panel, over its width
+MESH = dict(edgecolors="0.35", linewidths=0.15)  # lines of the mesh
 LEAST_SIDE = 0.25  # of a picture over the other
 POINTS = {1: ("fixed point", "^", "tab:red"), 2: ("load point", "v", "tab:orange"), 3: ("measured point", "o", "tab:cyan")}
 ROCKS = ("#d9d2c5", "#c3cfd9", "#dcc2ab", "#c5d4bb", "#d8c6d6", "#e6dfb4", "#aebfc0", "#c9b7a0")  # of block materials
@@ -127,7 +129,7 @@ class Shapes:
 
     def edge_list(self, frame=-1):
         """Of each edge, but seams: its two corners (n, 2), rows of those of all elements one after the other, its joint material in a
-        frame, 0 for a line of the mesh, and its element (n)."""
+        frame, 0 for a line of the mesh and -1 for one of a crack that grows later, and its element (n)."""
         if not hasattr(self, "listed"):
             first = first_of(self.start)
             loops = [at + loop for at, of_element in zip(first, self.shape()) for loop in of_element]
@@ -136,12 +138,24 @@ class Shapes:
         ends, element = self.listed
         return ends, np.asarray(self.joints(frame))[ends[:, 0]], element
 
+    def faces(self, frame):
+        """Rows of `edge_list` that are edges of joints and boundary in a frame; lines of the mesh and of cracks that grow later are none."""
+        _, of_edge, element = self.edge_list(frame)
+        return np.flatnonzero((of_edge > 0) & self.present(frame)[element])
+
+    def mesh_lines(self, frame):
+        """Rows of `edge_list` that are lines of the mesh in a frame."""
+        _, of_edge, element = self.edge_list(frame)
+        return np.flatnonzero((of_edge == 0) & self.present(frame)[element])
+
+    def places(self, rows, frame, magnified=True):
+        """Places of rows of `edge_list` in a frame (n, 2, 2)."""
+        return np.vstack(self.polygons(frame, magnified))[self.edge_list(frame)[0][rows]]
+
     def edges(self, frame, magnified=True):
-        """Edges of joints and boundary (n, 2, 2), their joint material and element (n); lines of the mesh and seams are none."""
-        ends, of_edge, element = self.edge_list(frame)
-        drawn = (of_edge > 0) & self.present(frame)[element]
-        ends, of_edge, element = ends[drawn], of_edge[drawn], element[drawn]
-        return np.vstack(self.polygons(frame, magnified))[ends], of_edge, element
+        """Edges of joints and boundary (n, 2, 2), their joint material and element (n)."""
+        rows, (_, of_edge, element) = self.faces(frame), self.edge_list(frame)
+        return self.places(rows, frame, magnified), of_edge[rows], element[rows]
 
     def joint_edges(self, frame):
         """Edges by joint material."""
@@ -246,11 +260,6 @@ class Frames(Shapes):
         """Places of all vertices as drawn."""
         return self.magnify(self.file.vertices, frame)
 
-    def true_edges(self, frame):
-        """Edges of joints and boundary (n, 2, 2) where they are."""
-        ends, of_edge, element = self.edge_list(frame)
-        return self.file.vertices(frame)[all_corners(self)[1][ends[(of_edge > 0) & self.present(frame)[element]]]]
-
     def joints(self, frame):
         return self.file.joints(frame) if "elements" in self.file else self.joint
 
@@ -298,7 +307,7 @@ class Frames(Shapes):
     def values(self, frame, field):
         """One number an element, and its label."""
         if field in ("block", "material"):
-            return getattr(self.file, field), field
+            return (self.file.blocks(frame) if field == "block" else self.file.material), field
         if field == "velocity":
             return lengths_of[velocities](self, frame), "velocity [length/time]"
         if field == "displacement":
@@ -496,7 +505,7 @@ class Panels:
         picture = draw_shapes(axis, file, frame, self.values[file, frame], draw_joints in self.extras, self.look)
         picture.set(clim=self.limits, cmap=self.colours)
         entries = {}
-        for extra in (draw_bolts, *self.extras):
+        for extra in (draw_bolts, *self.extras, draw_tips):
             entries.update(extra(axis, file, frame, self.common))
         return picture, entries
 
@@ -582,11 +591,14 @@ def draw_shapes(axis, file, frame, values, with_joints, look):
     meshed = isinstance(file, Frames) and file.has_mesh()
     if frame > 0 and not meshed:
         axis.add_collection(PathCollection(file.outlines(file.since(frame), magnified=False), facecolors="none", edgecolors="0.7", linewidths=0.8))
+    cut_later = meshed and look.mesh and (file.edge_list(frame)[1] == LATER).any()  # elements are parts of those of the frame
     if meshed:
-        edges = dict(edgecolors="0.35", linewidths=0.15) if look.mesh else dict(edgecolors="none", antialiaseds=False)
+        edges = MESH if look.mesh and not cut_later else dict(edgecolors="none", antialiaseds=False)
     else:
         edges = dict(edgecolors="0.6", linewidths=0.3) if with_joints else dict(edgecolors="0.15", linewidths=0.6)
     picture = axis.add_collection(PathCollection(file.outlines(frame), array=values, **edges))
+    if cut_later:
+        axis.add_collection(LineCollection(file.places(file.mesh_lines(frame), frame), colors=MESH["edgecolors"], linewidths=MESH["linewidths"]))
     if meshed and not with_joints:
         if frame > 0:
             axis.add_collection(LineCollection(file.edges(file.since(frame), magnified=False)[0], colors="0.7", linewidths=0.8, zorder=0.9))

@@ -10,7 +10,7 @@ COLUMNS = {"contacts": ("open", "sliding", "locked"), "momentum": ("x", "y", "an
 PANELS = {"momentum": {"x, y": slice(0, 2), "angular": slice(2, 3)}}  # columns of one dimension, where a series has several, in their order
 LINES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")  # of curves: Okabe and Ito (2008)
 PARTS = {2: ("x", "y"), 3: ("xx", "yy", "xy")}  # of vectors and stresses
-MEASURED = "measured_points/"
+MEASURED, TIPS = "measured_points/", "cracks/"
 
 
 @dataclasses.dataclass
@@ -50,14 +50,16 @@ def histories_of(results, name):
     values, what = group[own], group.description(own)
     if len(values) == 0:
         raise PlotError(f"{results.path}: expected steps, found none: there is no history of {name}")
-    if values.ndim == 3:  # noqa: PLR2004  points and parts of vectors
+    if values.ndim == 3 and name.startswith(TIPS):  # noqa: PLR2004  tips and parts of vectors
+        names = [f"tip {i + 1}, {part}" for i in range(values.shape[1]) for part in PARTS[values.shape[2]]]
+    elif values.ndim == 3:  # noqa: PLR2004  points and parts of vectors
         places = [", ".join(f"{x:.4g}" for x in place) for place in results.given_points("measured")]
         names = [f"point {i + 1} at ({place}), {part}" for i, place in enumerate(places) for part in PARTS[values.shape[2]]]
         what = f"{what}, of measured points"
     elif values.ndim == 1:
         names = [""]
     else:
-        names = list(COLUMNS.get(name, ())) or [f"block {i + 1}" for i in range(values.shape[1])]
+        names = list(COLUMNS.get(name, ())) or [f"{'tip' if name.startswith(TIPS) else 'block'} {i + 1}" for i in range(values.shape[1])]
     values, units = values.reshape(len(values), -1), group.units(own)
     if name not in PANELS:
         return [History(values, names, units, what)]

@@ -188,10 +188,12 @@ def draw_crosses(axis, file, frame, common):
 
 
 def parts_against_others(file):
-    """Parts of the edges of joints that lie against edges of other elements at the start: the edge (n), and from where to where along
-    it, in shares (n, 2)."""
+    """Parts of the edges of joints, also of those that cracks make later, that lie against edges of other elements at the start: the edge (n),
+    a row of `edge_list`, and from where to where along it, in shares (n, 2)."""
     if not hasattr(file, "against"):
-        edges, _, element = file.edges(0)
+        _, joint, element = file.edge_list()
+        rows = np.flatnonzero(joint > 0)
+        edges, element = file.places(rows, 0), element[rows]
         first = np.flatnonzero(np.diff(element, prepend=-1))  # edge of each element that has some
         of_element = np.split(np.arange(len(edges)), first)[1:]
         found, shares = [np.empty(0, int)], [np.empty((0, 2))]
@@ -200,7 +202,7 @@ def parts_against_others(file):
             there, part = lying_against(edges[own], edges[others])
             found.append(own[np.nonzero(there)[0]])
             shares.append(part[there])
-        file.against = np.concatenate(found), np.concatenate(shares)
+        file.against = rows[np.concatenate(found)], np.concatenate(shares)
     return file.against
 
 
@@ -250,12 +252,11 @@ def common_part(edge, other):
 def vertices_of_contacts(file, frame):
     """The vertex of each contact of a frame: of those of its block that at its place."""
     results, contacts = file.file, file.file.contacts_of(frame)
-    if not hasattr(file, "block_of_vertex"):
-        file.block_of_vertex = np.zeros(len(results.vertices(0)), int)
-        file.block_of_vertex[all_corners(file)[1]] = np.repeat(results.block, list(map(len, file.corners)))
-    n_vertices = len(file.block_of_vertex)
     places = np.vstack([results.vertices(frame), contacts.place])
-    owner = np.concatenate([file.block_of_vertex, contacts.blocks[:, 0]])
+    n_vertices = len(places) - len(contacts)
+    owner = np.zeros(len(places), int)
+    owner[all_corners(file)[1]] = np.repeat(results.blocks(frame), list(map(len, file.corners)))
+    owner[n_vertices:] = contacts.blocks[:, 0]
     order = np.lexsort((np.arange(len(places)), places[:, 1], places[:, 0], owner))  # contacts behind the vertex of their place
     last = np.maximum.accumulate(np.where(order < n_vertices, np.arange(len(order)), 0))
     vertex = np.empty(len(places), int)
@@ -274,9 +275,9 @@ def joint_states(file, frame):
     contacts = results.contacts_of(frame)
     if contacts is None:
         raise PlotError(f"{file.name}: expected a run with contacts for --joints state, found one without")
-    edges, element = file.true_edges(frame), file.edges(frame)[2]
-    drawn, places = file.edges(frame)[0], file.vertices(frame)[vertices_of_contacts(file, frame)]
-    block = results.block[element]
+    rows = file.faces(frame)
+    edges, drawn, element = file.places(rows, frame, magnified=False), file.places(rows, frame), file.edge_list(frame)[2][rows]
+    places, block = file.vertices(frame)[vertices_of_contacts(file, frame)], results.blocks(frame)[element]
     of_block = {b: np.flatnonzero(block == b) for b in np.unique(block)}
     found, parts, touched = {}, {SLIDING: [], LOCKED: []}, set()
     for (of_vertex, of_edge), now, place, shown, normal in zip(contacts.blocks, contacts.state, contacts.place, places,
@@ -294,11 +295,9 @@ def joint_states(file, frame):
         if shares is not None:
             parts[now].append(part_of(drawn[b], shares))
     edge, shares = parts_against_others(file)
-    there = file.present(frame)[file.edges(0)[2]]
-    number = np.cumsum(there) - 1  # of the edges that are there
-    open_ = there[edge] & ~np.isin(number[edge], list(touched)) & (frame > 0)
+    open_ = np.isin(edge, np.delete(rows, list(touched))) & (frame > 0)
     return {"stick": as_segments(parts[LOCKED]), "slip": as_segments(parts[SLIDING]),
-            "open": as_segments([part_of(drawn[number[e]], own) for e, own in zip(edge[open_], shares[open_])])}
+            "open": as_segments([part_of(place, own) for place, own in zip(file.places(edge[open_], frame), shares[open_])])}
 
 
 def part_of(edge, shares):

@@ -26,6 +26,7 @@ if typing.TYPE_CHECKING:
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
 STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
+LATER = -1  # the joint of an edge that a crack makes after a frame
 LOOKS, PAUSE = 40, 0.01  # how often a run that goes on is looked at where a write is under way, and seconds between two looks
 TORN = (OSError, KeyError, RuntimeError, ValueError)  # what h5py raises where a write is under way
 
@@ -174,10 +175,14 @@ class Cuts:
                 self.source[corners], self.joint[at:at + len(corners)] = own, of_own
             else:
                 affine = np.linalg.pinv(np.column_stack([before[own], np.ones(len(own))]))
-                self.made.append((corners, own, np.column_stack([now[corners], np.ones(len(corners))]) @ affine))
+                weights = np.column_stack([now[corners], np.ones(len(corners))]) @ affine
+                apart = np.linalg.norm(now[corners][:, None] - before[own], axis=2)
+                same = apart.min(axis=1) <= near  # a corner that was there keeps its numbers to the bit
+                weights[same] = np.eye(len(own))[apart.argmin(axis=1)[same]]
+                self.made.append((corners, own, weights))
                 edges = before[own], before[np.roll(own, -1)], of_own
                 middle = (now[corners] + now[np.roll(corners, -1)]) / 2
-                self.joint[at:at + len(corners)] *= [is_on(place, *edges, near) for place in middle]
+                self.joint[at:at + len(corners)] = [joint_at(place, *edges, near) for place in middle]
             at += len(corners)
 
     def field(self, values):
@@ -194,11 +199,11 @@ def winds_around(polygon, place):
     return abs(np.arctan2(x * to_y - y * to_x, x * to_x + y * to_y).sum()) > np.pi
 
 
-def is_on(place, starts, ends, joint, near):
-    """Whether a place is on one of the edges that have a joint."""
+def joint_at(place, starts, ends, joint, near):
+    """The joint material of the edges of an element at a place; LATER where the place is inside of the element."""
     along = ends - starts
     share = np.clip(((place - starts) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0, 1)
-    return bool(((np.linalg.norm(starts + share[:, None] * along - place, axis=1) <= near) & (joint > 0)).any())
+    return joint[np.linalg.norm(starts + share[:, None] * along - place, axis=1) <= near].max(initial=LATER)
 
 
 def opened(path):
@@ -383,7 +388,7 @@ class Results(Group):
 
     @property
     def block(self) -> np.ndarray:
-        """Number of the block of each element (e), from 1. A block of DDA is one element."""
+        """Number of the block of each element (e) at the end, from 1. A block of DDA is one element."""
         return self["VTKHDF/CellData/block"]
 
     @property
@@ -434,7 +439,7 @@ class Results(Group):
         return stress[self._layouts.elements_of(self, self._frame(frame))]
 
     def joints(self, frame: int = -1) -> np.ndarray:
-        """Joint material of the edge from each vertex of the polygons to the next, polygon after polygon; 0: a line of the mesh, or of a
+        """Joint material of the edge from each vertex of the polygons to the next, polygon after polygon; 0: a line of the mesh; -1: of a
         crack that has not grown so far in this frame."""
         layout = self._layouts.of_frame[self._frame(frame)]
         return self["elements/joint"] if layout == self._layouts.count - 1 else self._cuts(layout).joint
@@ -452,9 +457,13 @@ class Results(Group):
         """Whether each element is there (e), or a stage has removed its block."""
         if "present" not in self.bodies:
             return np.ones(self.n_elements, bool)
-        frame = self._frame(frame)
-        own = self._look(lambda f: f["VTKHDF/CellData/block"][self._layouts.cells_of_layout(self._layouts.of_frame[frame])])
-        return self.bodies.present[frame][own[self._layouts.elements_of(self, frame)] - 1] > 0
+        return self.bodies.present[self._frame(frame)][self.blocks(frame) - 1] > 0
+
+    def blocks(self, frame: int = -1) -> np.ndarray:
+        """Number of the block that each element is of in a frame (e), from 1: that of a part which breaks off later is of its block."""
+        layout = self._layouts.of_frame[self._frame(frame)]
+        own = self._look(lambda f: f["VTKHDF/CellData/block"][self._layouts.cells_of_layout(layout)])
+        return own[self._layouts.elements_of(self, self._frame(frame))]
 
     def contacts_of(self, frame: int = -1) -> Contacts | None:
         """The closed contacts of a frame; None where the scene has no contact."""

@@ -12,9 +12,11 @@ SECTOR = 10  # degrees
 def joint_directions(file):
     """Angle with x (n), in degrees from 0 to below 180, length and material of the joints between blocks at the start. What two
     blocks have in common is a part of an edge of both, and counts half for each."""
-    edges, material, _ = file.edges(0)
+    material = file.edge_list(0)[1]
     edge, shares = parts_against_others(file)
-    side = (edges[edge, 1] - edges[edge, 0]) * (shares[:, 1:] - shares[:, :1])
+    edge, shares = edge[material[edge] > 0], shares[material[edge] > 0]
+    edges = file.places(edge, 0)
+    side = (edges[:, 1] - edges[:, 0]) * (shares[:, 1:] - shares[:, :1])
     angle = np.degrees(np.arctan2(side[:, 1], side[:, 0])) % 180
     return np.where(angle > 180 - 1e-9, 0.0, angle), np.linalg.norm(side, axis=1) / 2, material[edge]
 

@@ -12,6 +12,7 @@ BASES = {"force": (1, 2, 0), "mass": (1, 1, 2), "length": (0, 1, 0), "time": (0,
 FORCES = {("m", "Pa"): ("N", "J/m"), ("m", "kPa"): ("kN", "kJ/m"), ("m", "MPa"): ("MN", "MJ/m"), ("m", "GPa"): ("GN", "GJ/m"),
           ("mm", "MPa"): ("N", "mJ/mm"), ("mm", "GPa"): ("kN", "J/mm")}
 ENERGY = "force*length/length"
+RAISED = {1: "", 0.5: "$^{1/2}$"}  # how powers are written that are not their number
 NO_STRESSES = {"m", "mm", "cm", "km", "s", "ms"}  # names that are those of a length or a time
 STRESSES = {(length, force): stress for (length, stress), (force, _) in FORCES.items()}
 
@@ -58,29 +59,29 @@ class Units:
         """The unit of a dimension with these powers: of force and energy where the names of length and stress have one, else of stress."""
         (of_stress, _), (of_length, _), (of_time, _) = self.bases
         powers = [(of_stress, stress), (of_length, length), (of_time, time)]
-        if (of_length, of_stress) in FORCES and stress == 1 and length > 0:
+        if (of_length, of_stress) in FORCES and stress == 1 and length >= 1:
             force, energy = FORCES[of_length, of_stress]
             if dimension == ENERGY:
                 return energy
             powers[:2] = [(force, 1), (of_length, length - 2)]
-        above, below = ([name + (f"$^{abs(power)}$" if abs(power) > 1 else "") for name, power in powers if sign * power > 0]
+        above, below = ([name + RAISED.get(abs(power), f"$^{abs(power)}$") for name, power in powers if sign * power > 0]
                         for sign in (1, -1))
         return "/".join([" ".join(above) or "1", *below])
 
     def powers(self, dimension):
         """Powers of stress, length and time of a dimension such as force*length/length; None for what has none."""
         total = [0, 0, 0]
-        for sign, base, power in re.findall(r"([*/]?)([^*/^]+)\^?(\d*)", dimension):
+        for sign, base, power, half in re.findall(r"([*/]?)([^*/^]+)\^?(\d*)(\(1/2\))?", dimension):
             if base not in BASES:
                 return None
             for i, own in enumerate(BASES[base]):
-                total[i] += (-1 if sign == "/" else 1) * int(power or 1) * own
+                total[i] += (-1 if sign == "/" else 1) * (0.5 if half else int(power or 1)) * own
         return total
 
     def words(self, label):
         """As `of`, the label for a page: powers as letters."""
         label, factor = self.of(label)
-        return label.replace("$^2$", "²").replace("$^3$", "³"), factor
+        return label.replace("$^2$", "²").replace("$^3$", "³").replace("$^{1/2}$", "^½"), factor
 
     def quantity(self, value, dimension):
         """A number of a dimension in few digits, with its unit; without names the number alone."""

@@ -92,10 +92,9 @@ def tolerance_of(results: Results) -> float:
 def joint_of(results: Results, name: str, frame: int = -1) -> Joint:
     """A joint by the name of its lines, else by the name of its joint material; ResultsError where there is none."""
     file, frame = frames_of(results), results._frame(frame)
-    ends, material, element = file.edge_list()
-    ends, material, element = ends[material > 0], material[material > 0], element[material > 0]
-    start, now = (np.vstack(file.polygons(k, magnified=False))[ends] for k in (0, frame))
-    chosen = edges_of_name(results, str(name), start, material)
+    _, material, element = file.edge_list(frame)
+    start, now = (file.places(slice(None), k, magnified=False) for k in (0, frame))
+    chosen = edges_of_name(results, str(name), start, material) & (material > 0)
     edge, shares = parts_against_others(file)
     edge, shares = edge[chosen[edge]], shares[chosen[edge]]
     first, second = pairs_of_sides(start, edge, shares, element, ALIKE * size_of(results))

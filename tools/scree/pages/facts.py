@@ -1,7 +1,7 @@
 """What a run came to, as rows and charts of a page."""
 import numpy as np
 
-from ..histories import COLUMNS, MEASURED, axis_of, histories_of, is_static, names_of_histories
+from ..histories import COLUMNS, MEASURED, TIPS, axis_of, histories_of, is_static, names_of_histories
 from ..units import number
 
 SHARE = 0.01      # of what is compared with: an error above it is worth a look
@@ -72,7 +72,7 @@ def notes_on(results, units):
     if again:
         yield (f"{counted(again, 'step was', 'steps were')} tried again with a smaller size, of {len(history.time)} steps taken. Steps are "
                "tried again where many contacts change at once; nothing is wrong with them.")
-    before, area, names = np.ones(results.n_blocks, bool), results.bodies.area[0], results.stage_names
+    before, area, names = there_in(results, 0), first_areas(results), results.stage_names
     for stage, there in blocks_of_stages(results).items():
         if gone := int((before & ~there).sum()):
             name = f"Stage {stage}" + (f" ({names[stage - 1]})" if names[stage - 1] != f"stage {stage}" else "")
@@ -109,13 +109,19 @@ def growth_of_areas(results):
     return growth
 
 
+def first_areas(results):
+    """The area of each block in the first frame that it is in; 0 of one that never broke off."""
+    area = results.bodies.area[:results.n_frames]
+    return area[np.argmax(area > 0, axis=0), np.arange(results.n_blocks)]
+
+
 def size_of_overlapping(results):
     """The size of the smaller one of the two blocks with the deepest overlap, and its name; of the smallest block where the run was
     killed, as nothing then says which two they were. The size is the square root of the area."""
-    size = np.sqrt(results.bodies.area[0])
+    size = np.sqrt(first_areas(results))
     said = results.summary and results.summary["overlap"]
     if not said or not said["blocks"]:
-        return size.min(), "the smallest block"
+        return size[size > 0].min(), "the smallest block"
     smaller = min(said["blocks"], key=lambda block: size[block - 1])
     return size[smaller - 1], f"block {smaller}"
 
@@ -231,7 +237,7 @@ def charts(results, units):
             chosen = np.argsort(-np.abs(one.values[-1]), kind="stable")[:MOST_LINES]
             found.append(chart(units, steps, one.description, one.dimension,
                                [(one.names[i], one.values[:, i]) for i in (np.sort(chosen) if name in COLUMNS else chosen)])
-                         | {"solver": name in OF_THE_SOLVER, "first": name.startswith(MEASURED) or name == "support_force"})
+                         | {"solver": name in OF_THE_SOLVER, "first": name.startswith((MEASURED, TIPS)) or name == "support_force"})
     return sorted(found, key=lambda one: not one["first"])
 
 

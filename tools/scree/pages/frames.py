@@ -3,6 +3,8 @@ import numpy as np
 
 from ..histories import axis_of, is_static
 from ..overlays import all_corners, means, parts_against_others, vertices_of_contacts
+from ..results import LATER
+from ..tips import tips_of, weights_of
 from .packing import PLACES, POSITIONS, ROOTS, SHADES, quantised
 
 
@@ -25,12 +27,16 @@ def pack_frames(file, pack, units):
     pack.add("block", block)
     pack.add("material", results.material)
     pack.add("gone", frames_until_gone(file, block))
-    ends, joint, element = file.edge_list()
+    first = np.unique(block, return_index=True)[1]
+    pack.add("was", np.searchsorted(blocks, [results.blocks(k)[first] for k in range(n_frames)]))
+    ends, _, element = file.edge_list()
     pack.add("edges", every[ends].T)
-    pack.add("edge_joint", joint)
     pack.add("edge_block", block[element])
+    of_frames = [file.edge_list(k)[1] for k in np.unique(results._layouts.of_frame, return_index=True)[1]]
+    for name, is_there in (("edge_drawn", lambda of_edge: of_edge != LATER), ("edge_face", lambda of_edge: of_edge > 0)):
+        pack.add(name, first_frames(results, [is_there(of_edge) for of_edge in of_frames]))
     edge, shares = parts_against_others(file)
-    pack.add("against_edge", np.flatnonzero(joint > 0)[edge])
+    pack.add("against_edge", edge)
     pack.add("against_shares", np.rint(shares * PLACES).T)
 
     of_vertex = np.zeros(len(start), int)
@@ -49,13 +55,25 @@ def pack_frames(file, pack, units):
     return {"origin": low.tolist(), "size": size, "steps": digits(np.append(0, steps)[results.frame_steps]),
             "moments": [file.moment(k, units) for k in range(n_frames)], "since": [file.since(k) for k in range(n_frames)], "blocks": blocks.tolist(),
             "motion_factor": digits(factor), "stress_factor": digits(stress_factor), "velocity_factor": digits(velocity_factor),
-            "points": points_of(file), "bolts": bolts_of(file), "force_factor": pack_contacts(file, block, pack)}
+            "points": points_of(file), "bolts": bolts_of(file), "tips": all_tips(file), "force_factor": pack_contacts(file, pack)}
 
 
 def frames_until_gone(file, block):
     """Of each block in how many frames it is there, before a stage removes it for ever."""
     first = np.unique(block, return_index=True)[1]
     return np.sum([file.present(frame)[first] for frame in range(len(file.times))], axis=0)
+
+
+def first_frames(results, layouts):
+    """Of each edge the first frame in which it is what `layouts` say of it, for each layout whether it is (layouts, n); n_frames where it never is."""
+    frame = np.append(np.unique(results._layouts.of_frame, return_index=True)[1], results.n_frames)
+    return frame[np.where(np.any(layouts, axis=0), np.argmax(layouts, axis=0), len(layouts))]
+
+
+def all_tips(file):
+    """The tips of cracks in each frame: vertices of an element with weights, and stress intensity factors."""
+    return [[{"vertices": file.corners[tip.element].tolist(), "weights": digits(tip.weights), "intensity": digits(tip.intensity)}
+             for tip in tips_of(file, frame)] for frame in range(len(file.times))]
 
 
 def digits(values):
@@ -69,8 +87,7 @@ def points_of(file):
     elements = file.file["points/element"] - 1 if len(kinds) else []
     found = []
     for kind, place, e in zip(kinds, places, elements):
-        weights = np.linalg.pinv(np.column_stack([file.start[e] - place, np.ones(len(file.start[e]))]).T)[:, 2]
-        found.append({"kind": int(kind), "vertices": file.corners[e].tolist(), "weights": digits(weights)})
+        found.append({"kind": int(kind), "vertices": file.corners[e].tolist(), "weights": digits(weights_of(file.start[e], place))})
     return found
 
 
@@ -80,18 +97,16 @@ def bolts_of(file):
     return [{"ends": digits(ends), "state": states.tolist()} for ends, states in found] if len(found[0][1]) else []
 
 
-def pack_contacts(file, block, pack):
+def pack_contacts(file, pack):
     """Adds the closed contacts, those of a vertex and the block of an edge one after the other in time, pairs of blocks together.
     Returns the factor of their forces, whose roots are kept; None where there are none."""
     results = file.file
     if results.contacts_of(0) is None or not results["contacts/count"][:results.n_frames].sum():
         return None
-    number = np.zeros(results.block.max() + 1, int)
-    number[results.block] = block
-    rows = []
+    rows, present = [], np.unique(results.block)
     for frame in range(results.n_frames):
         contacts = results.contacts_of(frame)
-        blocks = number[contacts.blocks]
+        blocks = np.searchsorted(present, contacts.blocks)
         vertex = vertices_of_contacts(file, frame)
         angle = np.rint(np.arctan2(contacts.normal[:, 1], contacts.normal[:, 0]) * 128 / np.pi)
         rows.append(np.column_stack([blocks.min(1), blocks.max(1), vertex, blocks[:, 1], np.full(len(vertex), frame), contacts.state,

@@ -11,6 +11,7 @@ function drawOver(player) {
   if (player.points) drawPoints(player);
   if (player.numbers) drawNumbers(player);
   if (player.vectors) drawVectors(player);
+  drawTips(player);
 }
 
 /** Segments, x1 y1 x2 y2 each, or points, in pixels. */
@@ -119,12 +120,7 @@ function drawScale(player, pixels, what, colour) {
   pen.font = "12px system-ui, sans-serif";
   pen.textBaseline = "middle";
   player.stroke([14, y, end, y], colour, 3);
-  const text = `${digits(value)} ${label}`;
-  pen.lineWidth = 3;
-  pen.strokeStyle = "white";
-  pen.strokeText(text, end + 8, y);
-  pen.fillStyle = "black";
-  pen.fillText(text, end + 8, y);
+  writeBeside(player, `${digits(value)} ${label}`, end + 8, y);
 }
 
 /** The largest of 1, 2 and 5 times a power of ten up to a value. */
@@ -168,6 +164,37 @@ function drawPoints(player) {
   }
 }
 
+/** A mark at each tip of a crack, with its stress intensity factors where the tips are few. */
+function drawTips(player) {
+  const {pen, scene} = player, tips = scene.tips[player.frame];
+  pen.font = "11px system-ui, sans-serif";
+  pen.textBaseline = "middle";
+  for (const tip of tips) {
+    const [x, y] = asPixels(player, scene.placeOf(tip, player.places)), [opening, shear] = tip.intensity.map(value => value / LOOK.tip.factor);
+    pen.lineWidth = 0.8;
+    pen.strokeStyle = "black";
+    pen.fillStyle = LOOK.tip.colour;
+    pen.beginPath();
+    pen.arc(x, y, 3.5, 0, 2 * Math.PI);
+    pen.fill();
+    pen.stroke();
+    if (tips.length > LOOK.tip.most) continue;
+    const right = x > player.wide / 2;
+    pen.textAlign = right ? "right" : "left";
+    writeBeside(player, opening || shear ? `K_I ${digits(opening)}, K_II ${digits(shear)}` : "not measured", x + (right ? -6 : 6), y - 9);
+  }
+  pen.textAlign = "left";
+}
+
+/** Words with a white rim that begin at a place. */
+function writeBeside({pen}, words, x, y) {
+  pen.lineWidth = 3;
+  pen.strokeStyle = "white";
+  pen.strokeText(words, x, y);
+  pen.fillStyle = "black";
+  pen.fillText(words, x, y);
+}
+
 /** Numbers of blocks, as many as there is room for. */
 function drawNumbers(player) {
   const {scene, pen} = player, n = scene.elements, pixels = player.toPixels(scene.centroids(player.places)), done = new Set();
@@ -175,14 +202,10 @@ function drawNumbers(player) {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   for (const e of spreadOut(player, pixels)) {
-    const number = scene.blocks[scene.block[e]];
+    const number = scene.value(player.frame, "block", e);
     if (done.has(number)) continue;
     done.add(number);
-    pen.lineWidth = 2.5;
-    pen.strokeStyle = "white";
-    pen.strokeText(number, pixels[e], pixels[n + e]);
-    pen.fillStyle = "black";
-    pen.fillText(number, pixels[e], pixels[n + e]);
+    writeBeside(player, number, pixels[e], pixels[n + e]);
   }
   pen.textAlign = "left";
 }

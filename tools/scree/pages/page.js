@@ -32,7 +32,7 @@ async function begin() {
     }
     const stress = scene.stressOf(player.frame, pointed), [major, minor] = principal(stress);
     const words = (what, value) => digits(value / LOOK.scales[what].factor) + LOOK.scales[what].unit;
-    byId("pointed").textContent = [`block ${scene.blocks[scene.block[pointed]]}`, `material ${scene.material[pointed]}`,
+    byId("pointed").textContent = [`block ${scene.value(player.frame, "block", pointed)}`, `material ${scene.material[pointed]}`,
       `displacement ${words("displacement", scene.displacementOf(player.frame, pointed))}`,
       `velocity ${words("velocity", Math.hypot(...scene.velocityOf(player.frame, pointed)))}`,
       `principal stresses ${words("stress", major)}, ${words("stress", minor)}`].join(" · ");
@@ -123,6 +123,7 @@ function drawLegend(player) {
   if (player.points) for (const {kind, name, colour} of LOOK.points) if (kinds.has(kind)) entries.push([name, colour, 6]);
   const states = new Set(player.scene.bolts.flatMap(bolts => bolts.state));
   LOOK.bolts.forEach(({name, colour, dash}, k) => { if (states.has(k)) entries.push([name, colour, 2, dash.length]); });
+  if (player.scene.tips.some(tips => tips.length)) entries.push([`crack tip, K ${LOOK.tip.label}`, LOOK.tip.colour, 6]);
   byId("legend").replaceChildren(...entries.map(words => entry(...words)));
 }
 

@@ -12,6 +12,7 @@ from ..conditions import BOLTS
 from ..drawing import FIELDS, POINTS, ROCK, ROCKS, Look, limits_of, name_of, paler
 from ..histories import LINES, axis_of, is_static
 from ..overlays import Common, lengths_of, principal_values
+from ..tips import INTENSITY, MOST_WORDS, TIP
 from . import facts, modelled
 from .frames import pack_frames
 from .packing import Pack
@@ -71,7 +72,7 @@ def look_of(file, units):
         "compression": drawn(overlays.COMPRESSION), "tension": drawn(overlays.TENSION),
         "points": [{"kind": kind, "name": name, "colour": to_hex(colour)} for kind, (name, _, colour) in POINTS.items()],
         "bolts": [{"name": name, "colour": to_hex(colour), "dash": DASHES[style]} for name, style, colour in BOLTS],
-        "lines": LINES, "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
+        "tip": {"colour": TIP, "most": MOST_WORDS, **in_units(INTENSITY.replace("$", ""), units)}, "lines": LINES, "sliding": overlays.SLIDING, "parallel": overlays.PARALLEL, "beside": overlays.BESIDE, "corner": overlays.CORNER,
         "cells": overlays.CELLS, "longest": overlays.LONGEST, "cross": overlays.CROSS, "many_blocks": overlays.MANY_BLOCKS}
 
 
@@ -83,7 +84,7 @@ def rocks(file):
 def in_units(label, units):
     """A label, its unit alone where it has a name, and what numbers are divided by."""
     label, factor = units.words(label)
-    return {"label": label.replace("^2", "²"), "unit": " " + label[label.index("[") + 1:-1] if units.given and "[" in label else "",
+    return {"label": label.replace("^2", "²").replace("^(1/2)", "^½"), "unit": " " + label[label.index("[") + 1:-1] if units.given and "[" in label else "",
             "factor": factor}
 
 

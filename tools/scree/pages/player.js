@@ -171,8 +171,8 @@ class Player {
   /** Strokes the edges of the blocks that are there in a frame, or the lines of their mesh. */
   strokeEdges(pixels, frame, ofMesh, colour, width) {
     const {scene} = this, n = scene.vertices, segments = [];
-    for (let i = 0; i < scene.edge_joint.length; i++) {
-      if ((scene.edge_joint[i] === 0) !== ofMesh || !scene.isThere(frame, scene.edge_block[i])) continue;
+    for (let i = 0; i < scene.edge_face.length; i++) {
+      if (!(ofMesh ? scene.isMeshLine(frame, i) : scene.isFace(frame, i)) || !scene.isThere(frame, scene.edge_block[i])) continue;
       const v = scene.edgeFrom[i], w = scene.edgeTo[i];
       segments.push(pixels[v], pixels[n + v], pixels[w], pixels[n + w]);
     }

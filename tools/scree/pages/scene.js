@@ -3,9 +3,9 @@ class Scene {
   constructor(facts, array) {
     Object.assign(this, facts);
     this.frames = facts.steps.length;
-    for (const name of ["corners", "count", "block", "material", "gone", "edge_joint", "edge_block", "against_edge"]) this[name] = array(name);
+    for (const name of ["corners", "count", "block", "material", "gone", "was", "edge_drawn", "edge_face", "edge_block", "against_edge"]) this[name] = array(name);
     this.againstShares = Float64Array.from(array("against_shares"), q => q / 2 ** 30);
-    const start = array("start"), edges = array("edges"), edgeCount = this.edge_joint.length;
+    const start = array("start"), edges = array("edges"), edgeCount = this.edge_face.length;
     this.start = Float64Array.from(start, q => q * facts.size / 2 ** 30);
     this.vertices = start.length / 2;
     this.edgeFrom = edges.subarray(0, edgeCount);
@@ -25,6 +25,27 @@ class Scene {
   /** Whether no stage has removed a block. */
   isThere(frame, block) {
     return frame < this.gone[block];
+  }
+
+  /** The block in a frame of one of the end, which may be a part that breaks off later. */
+  blockIn(frame, block) {
+    return this.was[frame * this.blocks.length + block];
+  }
+
+  /** Whether an edge is a line of the mesh in a frame, or one of joints and boundary; it is neither before a crack makes it. */
+  isMeshLine(frame, edge) {
+    return this.edge_drawn[edge] <= frame && frame < this.edge_face[edge];
+  }
+
+  isFace(frame, edge) {
+    return this.edge_face[edge] <= frame;
+  }
+
+  /** Edges of joints and boundary of each block in a frame. */
+  facesOf(frame) {
+    const found = Array.from(this.blocks, () => []);
+    for (let i = 0; i < this.edge_face.length; i++) if (this.isFace(frame, i)) found[this.blockIn(frame, this.edge_block[i])].push(i);
+    return found;
   }
 
   /** x of all vertices, then y; displacements as they are or magnified, from the frame that they count from. */
@@ -82,7 +103,7 @@ class Scene {
 
   /** A field in an element. */
   value(frame, field, e) {
-    if (field === "block") return this.blocks[this.block[e]];
+    if (field === "block") return this.blocks[this.blockIn(frame, this.block[e])];
     if (field === "material") return this.material[e];
     if (field === "displacement") return this.displacementOf(frame, e);
     if (field === "velocity") return Math.hypot(...this.velocityOf(frame, e));
@@ -119,8 +140,6 @@ class Scene {
     this.blockOf = new Int32Array(this.vertices);
     for (let e = 0; e < this.elements; e++)
       for (let i = this.first[e]; i < this.first[e + 1]; i++) this.blockOf[this.corners[i]] = this.block[e];
-    this.edgesOf = Array.from(this.blocks, () => []);
-    for (let i = 0; i < this.edge_joint.length; i++) if (this.edge_joint[i]) this.edgesOf[this.edge_block[i]].push(i);
   }
 
   contactsOf(frame) {
@@ -140,7 +159,7 @@ class Scene {
    *  Places are those as drawn. */
   jointParts(frame, drawn) {
     const places = this.positions(frame, 1); // who touches whom is asked of these
-    const n = this.vertices, touched = new Uint8Array(this.edge_joint.length), parts = {stick: [], slip: [], open: []};
+    const n = this.vertices, faces = this.facesOf(frame), touched = new Uint8Array(this.edge_face.length), parts = {stick: [], slip: [], open: []};
     const name = sliding => sliding ? "slip" : "stick", own = [], others = [], pairs = [];
     let lastA = -1, lastB = -1;
     const addPairs = () => {
@@ -150,16 +169,16 @@ class Scene {
     for (const contact of this.contactsOf(frame)) {
       const v = this.contactVertex[contact], x = places[v], y = places[n + v], angle = this.contactAngle[contact] * Math.PI / 128;
       const dx = -Math.sin(angle), dy = Math.cos(angle), sliding = this.contactState[contact] === LOOK.sliding;
-      const a = this.blockOf[v], b = this.contactBlock[contact];
+      const a = this.blockIn(frame, this.blockOf[v]), b = this.contactBlock[contact];
       if ((a !== lastA || b !== lastB) && (a !== lastB || b !== lastA)) addPairs(); // contacts of two blocks are together
       [lastA, lastB] = [a, b];
-      this.edgesAt(a, x, y, dx, dy, places, own);
-      this.edgesAt(b, x, y, dx, dy, places, others);
+      this.edgesAt(faces[a], x, y, dx, dy, places, own);
+      this.edgesAt(faces[b], x, y, dx, dy, places, others);
       for (const i of own) touched[i] = 1;
       for (const i of others) touched[i] = 1;
       for (const i of own) for (const j of others) if (i !== j) addPair(pairs, i, j, sliding);
       if (!own.length && others.length) {
-        const half = LOOK.corner * this.shortestEdge(a, places) / 2, px = drawn[v], py = drawn[n + v];
+        const half = LOOK.corner * this.shortestEdge(faces[a], places) / 2, px = drawn[v], py = drawn[n + v];
         parts[name(sliding)].push(px - half * dx, py - half * dy, px + half * dx, py + half * dy);
       }
     }
@@ -167,7 +186,7 @@ class Scene {
     const against = this.against_edge.length;
     for (let i = 0; i < against && frame > 0; i++) {
       const edge = this.against_edge[i];
-      if (!touched[edge] && this.isThere(frame, this.edge_block[edge]))
+      if (!touched[edge] && this.isFace(frame, edge) && this.isThere(frame, this.edge_block[edge]))
         this.addPart(edge, this.againstShares[i], this.againstShares[against + i], drawn, parts.open);
     }
     return parts;
@@ -179,18 +198,18 @@ class Scene {
     return [places[v], places[n + v], places[w], places[n + w]];
   }
 
-  shortestEdge(block, places) {
-    return Math.min(...this.edgesOf[block].map(i => {
+  shortestEdge(edges, places) {
+    return Math.min(...edges.map(i => {
       const [x1, y1, x2, y2] = this.edgeOf(i, places);
       return Math.hypot(x2 - x1, y2 - y1);
     }));
   }
 
-  /** Finds the edges of a block that a place lies on and that run along a direction. */
-  edgesAt(block, x, y, alongX, alongY, places, found) {
+  /** Finds those of some edges that a place lies on and that run along a direction. */
+  edgesAt(edges, x, y, alongX, alongY, places, found) {
     const n = this.vertices;
     found.length = 0;
-    for (const i of this.edgesOf[block]) {
+    for (const i of edges) {
       const v = this.edgeFrom[i], w = this.edgeTo[i], x1 = places[v], y1 = places[n + v], dx = places[w] - x1, dy = places[n + w] - y1;
       const square = dx * dx + dy * dy, across = dx * alongY - dy * alongX;
       if (across * across > LOOK.parallel ** 2 * square) continue;
@@ -218,9 +237,12 @@ class Scene {
 
   /** Places of the points of a kind. */
   pointsOf(kind, places) {
-    const n = this.vertices;
-    return this.points.filter(point => point.kind === kind).map(point => [0, n].map(
-      shift => point.vertices.reduce((sum, v, i) => sum + point.weights[i] * places[v + shift], 0)));
+    return this.points.filter(point => point.kind === kind).map(point => this.placeOf(point, places));
+  }
+
+  /** The place of a point or a tip. */
+  placeOf({vertices, weights}, places) {
+    return [0, this.vertices].map(shift => vertices.reduce((sum, v, i) => sum + weights[i] * places[v + shift], 0));
   }
 
   /** The element at a place in a frame, -1 where there is none. */
