@@ -18,7 +18,7 @@ from scree.maps import command
 
 SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
-INPUTS = int(os.environ.get("SCREE_INPUTS", 2000))  # of all kinds together
+INPUTS = int(os.environ.get("SCREE_INPUTS", 600))  # of all kinds together
 SECONDS, MEMORY = 60, 8 * 2**30  # the first is for machines that do much else, too
 SPECIAL = ["0", "-1", "1", "2", "3", "1e-300", "1e300", "-1e20", "1e20", "nan", "inf", "2147483648", "999999999", "1000000000000", "0.5",
            "1.0d5", "1,5", "abc", "&", "/", "'", "''", "=", "!", "&step", "$Nodes", "1e", "-", "\x00", "\xff", "é", "\t", ""]

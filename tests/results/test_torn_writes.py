@@ -16,7 +16,7 @@ SCREE = os.environ["SCREE"]
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 DECK = [SOURCE / "input/paper/arc/arc.ana", "--set", "step.count=100", "--set", "output.every=1", "--set", "output.checkpoint=1"]
 FIELDS = ("Points", "PointData/velocity", "CellData/stress_xx", "Steps/Values")
-OFTEN = 3  # one of so many moments is looked at
+OFTEN = int(os.environ.get("SCREE_OFTEN", 12))  # one of so many moments is looked at
 PAGE = 4096  # bytes that a system writes at once
 
 
@@ -113,7 +113,7 @@ def test_no_moment_loses_what_was_counted(recorded):
                 bad = [str(problem)]
             assert not bad, f"after {i} of {len(writes)} writes: {bad}"
             counted += bad is not None
-    assert counted > 1000
+    assert counted > 3000 / OFTEN
 
 
 def test_a_run_goes_on_from_any_moment(recorded, tmp_path):
