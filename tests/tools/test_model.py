@@ -11,6 +11,7 @@ import pytest
 import scree
 from scree.errors import ModelError, ResultsError
 from scree.model.geometry import clipped
+from scree.model.rock import JOINT_LAWS
 from scree.model.shapes import voronoi_lines
 from scree.model.text import NUMBER, as_number, number_text
 
@@ -439,6 +440,11 @@ def test_reactions_under_pressure_traction_water_and_forces(tmp_path):
     down = 2500 * 9.81 * (13 * 3 + 3 * 5) + 2000 * 4 + 7000 + w * 4 * 5 - below
     assert floor[0] + back[0] == pytest.approx(-sideways, rel=2e-4)
     assert floor[1] == pytest.approx(down, rel=2e-4) and back[1] == 0
+
+
+def test_a_joint_material_has_the_laws_of_the_program():
+    named = re.findall(r"(?m)^\| `joints\.(\w+)` \|", scree.call("explain", "--settings").stdout)
+    assert set(JOINT_LAWS) == set(named) - {"phi", "cohesion", "tensile_strength", "restitution"}  # of these, 0 is no default
 
 
 @pytest.mark.parametrize("words", ["m kg s", "m t s", "mm t s"])

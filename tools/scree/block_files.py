@@ -38,12 +38,6 @@ def held(corners, number, share=0.01):
     return [(*(x + share * (middle - x)), number) for x in np.asarray(corners)]
 
 
-def pendulum(amplitude):
-    """A square of 1 m pinned at a corner, its middle turned by an amplitude (degrees) from below that."""
-    corners = turned(box(0, 1, 0, 1), math.radians(amplitude - 135))
-    return block_file(f"Square pinned at a corner, {amplitude:g} degrees", [(1, corners)], [(*corners[0], 1)])
-
-
 def arch(voussoirs, t):
     """A semicircular arch of middle radius 1 and thickness t on a fixed base; blocks 2 to N + 1 from right to left."""
     base = box(-1.6, 1.6, -0.4, 0)
@@ -84,11 +78,6 @@ def on_base(title, blocks):
 def wall(n):
     """Running bond of n courses on a fixed base."""
     return on_base(f"Wall in running bond, {n} courses", running_bond(n))
-
-
-def dam(width, height):
-    """A dam on a fixed base, its wet side at x = 0."""
-    return on_base(f"Dam {width:.9g} wide", [box(-20, 30, -10, 0), box(0, width, 0, height)])
 
 
 def columns(example, run=30.0, depth=20.0):

@@ -187,7 +187,11 @@ class Runner:
         self.seconds, self.solves, self.processor_seconds = 0.0, 0, 0.0
 
     def __call__(self, deck, geometry=None, settings=(), name=None):
-        """Runs an analysis deck; the geometry as (name, text) where the deck names none."""
+        """Runs an analysis deck, or a model, whose decks are written into the folder; the geometry as (name, text) where the deck names
+        none."""
+        if not isinstance(deck, StrPath):
+            name = name or deck.name
+            deck = deck.save(self.folder / f"{name}.ana")
         decks = [deck]
         if geometry:
             decks.insert(0, self.folder / geometry[0])

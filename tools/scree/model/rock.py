@@ -15,7 +15,7 @@ from .shapes import brick_courses, stones_of_arch, voronoi_lines
 from .text import Numbers, Part, Setting, number_text, numbers_text
 from .words import Point, Points, UnitSystem, number, one_of, place, places, text, vector, whole
 
-JOINT_LAWS = ("kn", "ks", "residual_phi", "residual_slip", "residual_c", "jrc", "jcs", "closure", "dilation", "dilation_slip")
+JOINT_LAWS = ("kn", "ks", "energy", "shear_energy", "residual_phi", "residual_slip", "residual_c", "jrc", "jcs", "closure", "dilation", "dilation_slip")
 if typing.TYPE_CHECKING:
     from .grains import Grains
 

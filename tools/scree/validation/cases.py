@@ -7,7 +7,7 @@ import numpy as np
 from .. import block_files
 from ..polygons import worst_overlap
 from ..program import input_folder
-from . import references
+from . import references, scenes
 
 DECKS = input_folder() / "validation"
 PAPER = input_folder() / "paper"
@@ -83,7 +83,9 @@ def stopping(r, speed, along):
 @case
 def b3(run):
     """Friction stops a thrown block."""
-    found = stopping(run(DECKS / "b3-stop" / "slope20.ana"), 2.0, downhill(20))
+    m = scenes.on_plane("b3-slope20", "A block thrown down a plane at 2 m/s; friction stops it.", 20, 1, 0.5, math.degrees(math.atan(0.6)), speed=2)
+    m.dynamic(time=1.5, size=0.002)
+    found = stopping(run(m), 2.0, downhill(20))
     expected = references.stop(2.0, 0.6, math.radians(20))
     yield Row("time to rest", expected[0], found[0], 1e-3)
     yield Row("displacement to rest", expected[1], found[1], 1e-3)
@@ -92,8 +94,10 @@ def b3(run):
 @case
 def b4(run):
     """Skidding to rest on the flat."""
-    for name, mu in (("mu0.5", 0.5), ("mu1", 1.0)):
-        found = stopping(run(DECKS / "b4-skid" / f"{name}.ana"), 10.0, np.array([1.0, 0.0]))
+    for name, mu, time in (("mu0.5", 0.5, 2.5), ("mu1", 1.0, 1.5)):
+        m = scenes.on_plane(f"b4-{name}", "A block skids to rest on the flat from 10 m/s.", 0, 1, 0.5, math.degrees(math.atan(mu)), (1, 13), 10)
+        m.dynamic(time=time, size=0.002)
+        found = stopping(run(m), 10.0, np.array([1.0, 0.0]))
         expected = references.stop(10.0, mu)
         yield Row(f"time to rest, {name}", expected[0], found[0], 1e-3)
         yield Row(f"displacement to rest, {name}", expected[1], found[1], 1e-3)
@@ -126,7 +130,7 @@ def b5(run):
 @case
 def b6(run):
     """Corner impact without friction."""
-    yield from impact_rows(run(DECKS / "b6-smooth-impact" / "impact.ana"), references.SlopeImpact(0.05, 0.05, 0.0))
+    yield from impact_rows(run(scenes.impact("b6-impact", "A square falls on a smooth plane and slides on.", phi=0)), references.SlopeImpact(0.05, 0.05, 0.0))
 
 
 @case
@@ -143,7 +147,7 @@ def b7(run):
 @case
 def b8(run):
     """Slip on a shaken base."""
-    r = run(DECKS / "b8-shaken-base" / "sine.ana")
+    r = run(scenes.shaken_base())
     slip = r.measured_points.displacement[:, 0, 0] - r.measured_points.displacement[:, 1, 0]
     end, least = references.shaken_block(0.2, 0.5 * G, 1.0, 2.0)
     yield Row("slip at 2 s", end, slip[-1], 0.01)
@@ -190,8 +194,11 @@ def b10(run):
 def b11(run):
     """Block on a shaken incline."""
     for name, phi in (("sines", 22), ("both", 30)):
-        r = run(DECKS / "b11-shaken-incline" / f"{name}.ana")
-        ground = np.loadtxt(DECKS / "b11-shaken-incline" / f"{name}.txt", comments="!")
+        record = DECKS / "b11-shaken-incline" / f"{name}.txt"
+        m = scenes.on_plane(f"b11-{name}", "A block slides on a plane of 20 degrees that is shaken.", 20, 1, 0.5, phi, (6, 8))
+        m.dynamic(time=4, size=0.001)
+        m["acceleration.file"], m["output.every"] = str(record), 100
+        r, ground = run(m), np.loadtxt(record, comments="!")
         slip = references.shaken_incline(20, math.tan(math.radians(phi)), ground[:, 0], ground[:, 1:])
         yield Row(f"slip in 4 s, {name}", slip, r.measured_points.displacement[-1, 0] @ downhill(20), 1e-4)
 
@@ -201,7 +208,10 @@ def b12(run):
     """Rocking block: what impacts leave (Housner)."""
     block = references.Rocking(0.25, 1.0)
     for share in (0.3, 0.6):
-        r = run(DECKS / "b12-housner" / f"tilt{share}.ana")
+        m = scenes.tilted(f"b12-tilt{share}", f"A block rocks from a tilt of {share} atan(b/h); each impact takes its part of the energy.", share, 60)
+        m.dynamic(time=6, size=0.001)
+        m["contact.restitution"], m["output.every"] = 0, 100
+        r = run(m)
         tilt = r.history.rotation[:, 1] - share * block.alpha
         upright = np.flatnonzero(tilt[:-1] * tilt[1:] < 0)
         for n, exact in enumerate(block.tops(share * block.alpha, 4), 1):
@@ -212,8 +222,8 @@ def b12(run):
 @case
 def m1(run):
     """Column: overlap of the lowest contacts."""
-    r = run(DECKS / "m1-column" / "column.ana")
-    yield Row("force on the base", 10 * 2500 * G, -1e9 * r.measured_points.displacement[-1, :, 1].sum(), 1e-6)
+    r = run(scenes.column())
+    yield Row("force on the base", 10 * 2500 * G, -1e9 * r.displacement()[r.corners()[1][:2], 1].sum(), 1e-6)
 
 
 def verdict(r):
@@ -274,7 +284,7 @@ def m6(run):
 @case
 def m7(run):
     """Newton's cradle."""
-    r = run(DECKS / "m7-cradle" / "row.ana")
+    r = run(scenes.cradle())
     mass = 2500 * 0.5
     yield Row("momentum", mass, r.history.momentum[-1, 0], 1e-3)
     yield Row("energy", mass / 2, r.history.energy.kinetic[-1] + r.history.energy.strain[-1], 1e-3)
@@ -396,13 +406,9 @@ def p3(run):
     """Dam under water: sliding and turning."""
     need = references.dam_friction(6.0, 12.0, 24.0, 10.0)
     for factor, expected in ((1.01, "stands"), (0.99, "falls")):
-        name = f"p3-sliding-{expected}"
-        r = run(DECKS / "p3-dam" / "sliding.ana", (f"{name}.blk", block_files.dam(6.0, 12.0)), name=name,
-                settings=[f"joint(1).phi={math.degrees(math.atan(factor * need)):.12g}"])
+        r = run(scenes.dam(f"p3-sliding-{expected}", 6.0, math.degrees(math.atan(factor * need))))
         yield Row(f"friction {factor:g} of the limit", expected, verdict(r))
-        name = f"p3-turning-{expected}"
-        width = factor * references.dam_width(12.0, 24.0, 10.0)
-        r = run(DECKS / "p3-dam" / "turning.ana", (f"{name}.blk", block_files.dam(width, 12.0)), name=name)
+        r = run(scenes.dam(f"p3-turning-{expected}", factor * references.dam_width(12.0, 24.0, 10.0), 60))
         yield Row(f"width {factor:g} of the limit", expected, verdict(r))
 
 
@@ -535,7 +541,7 @@ def j4(run):
     yield Row("shear at a slip of 1.2 mm", references.softening(strength, opening, 1.2e-3, 1.2e-3), shear, 1e-3, strength)
     yield Row("energy of fracture, sheared off", energy, r.history.energy.fracture[-1], 1e-3)
     for mesh, angle, tolerance in (("", 0, 0.02), (", mesh turned by 17 degrees", 17, 0.03)):
-        r = run(DECKS / "j4-softening" / "strip.ana", settings=[f"cover.angle={angle}"], name=f"j4-strip-{angle}")
+        r = run(scenes.strip(), settings=[f"cover.angle={angle}"], name=f"j4-strip-{angle}")
         yield Row(f"opening at which the crack of a strip runs, over that of Griffith{mesh}", 1.0, opening_of_strip(r), tolerance)
 
 

@@ -3,9 +3,8 @@ import math
 
 import numpy as np
 
-from .. import block_files
 from ..errors import RunFailed
-from . import references
+from . import references, scenes
 from .cases import DECKS, G, Row, case
 
 SIDE = 2 / math.sqrt(3)  # edge of triangles that are 1 high
@@ -96,10 +95,9 @@ def e9(run):
     yield Row("order of the stress, order=0, mesh halved", 1.0, math.log2(left[0] / left[1]), 0.05)
 
 
-def swing(run, amplitude, settings=(), name=""):
+def swing(run, amplitude, time, settings=(), name=""):
     """The pendulum of e3 let go at an amplitude (degrees): its run and its period, from passing the bottom in its first three."""
-    geometry = (f"e3-{amplitude}.blk", block_files.pendulum(amplitude))
-    r = run(DECKS / "e3-pendulum" / "swing.ana", geometry, settings=settings, name=f"e3-{amplitude}{name}")
+    r = run(scenes.pendulum(amplitude, time), settings=settings, name=f"e3-{amplitude}{name}")
     time, angle = r.history.time, math.radians(amplitude) + r.history.rotation[:, 0]
     passed = np.flatnonzero((angle[:-1] > 0) & (angle[1:] <= 0))[[0, 3]]
     there = time[passed] - angle[passed] * (time[passed + 1] - time[passed]) / (angle[passed + 1] - angle[passed])
@@ -112,13 +110,13 @@ def e3(run):
     small = references.pendulum_period(0.0, PENDULUM)
     for amplitude in (30, 90, 150):
         exact = references.pendulum_period(math.radians(amplitude), PENDULUM)
-        r, period = swing(run, amplitude, [f"step.end_time={100 * exact}"])
+        r, period = swing(run, amplitude, 100 * exact)
         yield Row(f"T/T0, {amplitude} degrees", exact / small, period / small, 1e-3)
         energy = r.history.energy.kinetic + r.history.energy.strain + r.history.energy.gravity
         fall = 2500 * G * math.sqrt(0.5) * (1 - math.cos(math.radians(amplitude)))
         yield Row(f"energy lost in 100 periods, {amplitude} degrees", 0.0, (energy[0] - energy[-1]) / fall, 1e-3, 1.0)
     exact = references.pendulum_period(math.pi / 2, PENDULUM)
-    off = [swing(run, 90, [f"step.size={size}", f"step.end_time={4 * exact}", "integrator.beta=0.5"], f"-{size}")[1] - exact
+    off = [swing(run, 90, 4 * exact, [f"step.size={size}", "integrator.beta=0.5"], f"-{size}")[1] - exact
            for size in (0.02, 0.01)]
     yield Row("order of the period, step halved", 2.0, math.log2(off[0] / off[1]), 0.05)
 

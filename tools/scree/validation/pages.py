@@ -1,27 +1,31 @@
 """Pages of doc/verification, one a case: its scene, picture, numbers and deck."""
+import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 
+from ..model import Model
 from ..program import TREE, Runner
 from ..results import read
 
 DOC = TREE / "doc"
 PAGES, PICTURES = DOC / "verification", DOC / "pictures" / "verification"
+MODELS = TREE / "tools" / "scree" / "validation" / "scenes.py"
 LONGEST_DECK = 60  # lines of a deck that its page shows; of a longer one it shows the first of them
 LONGEST_ROWS = 4   # lines of bare numbers that follow each other; of more the page shows the first of them
 
 
 class Recorder(Runner):
-    """Runs decks, and keeps which they were and where their results are."""
+    """Runs decks and models, and keeps which they were and where their results are."""
 
     def __init__(self, *given):
         super().__init__(*given)
-        self.made = []  # of the present case: the deck and the name of its results
+        self.made = []  # of the present case: the deck or the model, and the file of its results
 
     def __call__(self, deck, geometry=None, settings=(), name=None):
         results = super().__call__(deck, geometry, settings, name)
-        self.made.append((deck, self.folder / f"{name or deck.parent.name + '-' + deck.stem}.h5"))
+        self.made.append((deck, results.path))
         return results
 
 
@@ -56,9 +60,19 @@ def shown(lines):
     return "\n".join(kept[:LONGEST_DECK] + ["..."] * (len(kept) > LONGEST_DECK))
 
 
-def page(name, title, rows, deck, others):
-    """The text of the page of a case; `others` is how many decks it runs beside the one that is shown."""
-    more = f", and {others} more in its folder" if others else ""
+def deck_of(scene):
+    """What a page says of a deck or of a model, and the lines of the deck."""
+    if not isinstance(scene, Model):
+        return f"Deck: `{scene.relative_to(TREE)}`", scene.read_text().splitlines()
+    with tempfile.TemporaryDirectory() as folder:
+        lines = scene.save(pathlib.Path(folder, f"{scene.name}.ana")).read_text().splitlines()
+    return f"Deck of the model `{scene.name}` of `{MODELS.relative_to(TREE)}`", lines
+
+
+def page(name, title, rows, scene, others):
+    """The text of the page of a case; `others` is how many decks or models it runs beside the one that is shown."""
+    said, lines = deck_of(scene)
+    more = "" if not others else f", and {others} more" if isinstance(scene, Model) else f", and {others} more in its folder"
     return f"""# {name}: {title}
 
     tools/validate {name}
@@ -69,10 +83,10 @@ def page(name, title, rows, deck, others):
 
 {table(rows)}
 
-Deck: `{deck.relative_to(TREE)}`{more}:
+{said}{more}:
 
 ```
-{shown(deck.read_text().splitlines())}
+{shown(lines)}
 ```
 """
 
@@ -80,8 +94,9 @@ Deck: `{deck.relative_to(TREE)}`{more}:
 def write(name, title, rows, made):
     """Writes the page of a case, and draws its last run."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    decks, last = list(dict.fromkeys(deck for deck, _ in made)), read(made[-1][1])
+    scenes, last = list(dict.fromkeys(scene for scene, _ in made)), read(made[-1][1])
+    decks = [scene for scene in scenes[::-1] if not isinstance(scene, Model)] or scenes
     field = "minor" if len(last.block) > last.n_blocks else "block"
     subprocess.run([sys.executable, "-B", TREE / "tools" / "plot", made[-1][1], "--field", field, "--dpi", "70", "-o",
                     PICTURES / f"{name}.png"], check=True, stdout=subprocess.DEVNULL)
-    (PAGES / f"{name}.md").write_text(page(name, title, rows, decks[-1], len(decks) - 1))
+    (PAGES / f"{name}.md").write_text(page(name, title, rows, decks[0], len(decks) - 1))
