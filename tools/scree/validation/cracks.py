@@ -6,7 +6,7 @@ import numpy as np
 from .cases import DECKS, Row, case
 from .references import CRACKS, kink_angle
 
-INTENSITY, GROWTH = DECKS / "k1-intensity", DECKS / "k2-growth"
+INTENSITY, GROWTH, STRUCK = DECKS / "k1-intensity", DECKS / "k2-growth", DECKS / "k7-kalthoff"
 
 
 def node_at(tip, angle=0.0):
@@ -76,3 +76,13 @@ def k2(run):
     found = first_kinks(run(GROWTH / "closed.ana", name="k2-closed"), *both_ends(0.4, 45))
     expected = math.degrees(math.acos(1 / 3))
     yield Row("first kink of a closed crack", expected, farthest(np.abs(found), expected), 0.5, 1.0)
+
+
+@case
+def k7(run):
+    """Notch in a plate that is struck, which runs (Kalthoff and Winkler)."""
+    for words, angle in (("", 0), (", mesh turned by 17 degrees", 17)):
+        r = run(STRUCK / "kalthoff.ana", name=f"k7-{angle}", settings=[f"cover.angle={angle}"])
+        kinks = first_kinks(r, np.array([[0.05, 0.025]]), np.array([[1.0, 0.0]]))
+        yield Row(f"first kink{words}", 70.0, kinks[0], 5.0, 1.0)
+        yield Row(f"blocks at the end{words}", 2.0, r.bodies.present[-1].sum(), 0.0)
