@@ -10,7 +10,7 @@ import pytest
 import scree
 from scree import block_files
 from scree.polygons import worst_overlap
-from scree.validation import cases, elastic, pages, references
+from scree.validation import cases, elastic, pages, published, references
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 RADIAN = math.pi / 180
@@ -199,6 +199,24 @@ def test_rocking_block():
     assert block.least_acceleration() == pytest.approx(0.25)
 
 
+@pytest.mark.parametrize("ratio, amplitude", [(2, 1.2233), (4, 1.7811)])
+def test_block_under_one_cycle_of_a_sine(ratio, amplitude):
+    """Amplitudes of an integration by fixed steps; a block that does not lift does not tilt."""
+    block = references.Rocking(0.25, 1.0)
+    lifts, omega = math.tan(block.alpha), ratio * math.sqrt(0.75 * block.g / block.R)
+    assert math.isinf(published.pulse_tilt(block, (amplitude + 2e-4) * lifts, omega))
+    assert 0.5 < published.pulse_tilt(block, (amplitude - 2e-4) * lifts, omega) < 1.5
+    assert published.pulse_tilt(block, 0.999 * lifts, omega) == 0
+
+
+def test_arch_that_is_pushed_aside():
+    """Of least thickness it bears nothing more than its weight."""
+    assert [round(published.pushed_arch(*arch), 5) for arch in published.ARCHES.values()] == [0.37361, 0.35675, 1.29212]
+    least = references.arch_thickness(8, polygon=True)
+    pushes = [published.pushed_arch(8, factor * least, 180.0) for factor in (1 + 1e-6, 1.01, 1.1)]
+    assert 0 <= pushes[0] < 1e-4 < pushes[1] < pushes[2]
+
+
 def test_toppling_columns_of_goodman_and_bray():
     """Forces of the worked example; its toe column needs almost none."""
     rows = references.Toppling().forces(0.7855)
@@ -282,7 +300,7 @@ BLOCKS = {"m6-roof-wedge/wedge.blk": 5, "p1-confined-column/stack.geo": 10,
           "e9-column/column.geo": 1, "e10-rod/rod.geo": 1, "e8-patch/patch.geo": 1, "e2-spin/square.geo": 1, "e5-elastica/beam.geo": 1,
           "e12-kirsch": 1, "e11-brazilian": 1, "k1-intensity": 1, "k2-growth": 1, "k7-kalthoff": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3, "m2-toppling/columns.blk": 17,
-          "m3-arch/arch16.blk": 17, "m4-overhang/overhang95.blk": 5, "m9-wall/wall10.blk": 106}  # of files and folders that have other than two
+          "m3-arch/arch16.blk": 17, "m13-pushed-arch": 9, "m4-overhang/overhang95.blk": 5, "m9-wall/wall10.blk": 106}  # of files and folders that have other than two
 
 
 @pytest.mark.parametrize("path", sorted(p.relative_to(SOURCE) for pattern in ("validation/*/*", "paper/arc/*", "paper/rockfall/*")
