@@ -14,6 +14,7 @@ module scree_set_up
   use scree_fixed_bodies, only: leave_out_fixed
   use scree_in_situ, only: stress_edges
   use scree_kinds, only: dp, pi
+  use scree_list_effects, only: list_effects
   use scree_make_effects, only: make_effects
   use scree_outlines, only: make_outlines
   use scree_loaded_edges, only: absorb_on_edges, load_carriers, load_edges
@@ -76,7 +77,8 @@ contains
     model%start_point = state%point
     state%home = state%point
     state%static_force = 0*state%point
-    call make_effects(scene, blocks, model%system_t, state, quality, roller, model%effects, list)
+    call make_effects(scene, blocks, model%system_t, state, roller, model%effects)
+    call list_effects(scene, blocks, model%system_t, state, quality, model%effects, list)
     call move_alloc(load, model%effects%edge_load)
     call move_alloc(absorbing, model%effects%absorbing_edge)
     if (allocated(model%effects%bolt)) then
