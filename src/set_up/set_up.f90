@@ -1,23 +1,19 @@
 !> From a scene and its blocks to the model and its state at time 0.
 module scree_set_up
   use scree_absorbing_edge, only: absorbing_edge_t
+  use scree_begin_contacts, only: begin_contacts
   use scree_begin_elements, only: begin_elements, middle_of
-  use scree_body_overlap, only: find_overlaps
   use scree_block_finder, only: block_at, block_finder_t, set_up_finder
   use scree_block_input, only: block_area, block_size, block_source, blocks_t
   use scree_bolt, only: begin_bolts
-  use scree_contact_rules, only: rests_inside
-  use scree_contacts, only: outlines_t, overlap_t
   use scree_cover_input, only: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
   use scree_edge_load, only: edge_load_t
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_fixed_bodies, only: leave_out_fixed
-  use scree_in_situ, only: stress_edges
   use scree_kinds, only: dp, pi
   use scree_list_effects, only: list_effects
-  use scree_make_effects, only: make_effects
-  use scree_outlines, only: make_outlines
   use scree_loaded_edges, only: absorb_on_edges, load_carriers, load_edges
+  use scree_make_effects, only: make_effects
   use scree_mathematical_mesh, only: regular_mesh, shortest_edge
   use scree_measured_tips, only: measure_tips
   use scree_mesh, only: mesh_t
@@ -25,7 +21,6 @@ module scree_set_up
   use scree_rollers, only: hold_edges, roller_t
   use scree_scene, only: effect_t, model_dda, scene_t
   use scree_setting_table, only: given_at
-  use scree_sorting, only: columns
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
   use scree_text, only: number_text, place_text, real_text
@@ -41,7 +36,6 @@ module scree_set_up
   !> Times that a wave crosses the model in the pseudo step of a static step that failed. So long is enough for the elastic bodies
   !> to balance, and what bears no load moves by no more than forces let it in that time.
   real(dp), parameter :: crossings = 10.0_dp
-  real(dp), parameter :: any_jump = 1e30_dp      !! of sides: no limit, where the step is chosen by the travel, which has its own
 
 contains
 
@@ -132,53 +126,6 @@ contains
               'which is relative to it, found none')
   end subroutine check_sleep
 
-  !> Makes the outlines of the blocks, and the memory of contacts with which the first step begins.
-  !>
-  !> Errors: an outline that does not close, blocks under a mesh that overlap.
-  subroutine begin_contacts(scene, blocks, model, state, error)
-    type(scene_t), intent(in) :: scene
-    type(blocks_t), intent(in) :: blocks
-    type(model_t), intent(inout) :: model
-    type(state_t), intent(inout) :: state
-    type(error_t), allocatable, intent(out) :: error
-    logical, allocatable :: fixed(:) ! (n_blocks)
-
-    call make_outlines(model%elements%shape, state%vertex, model%elements%block, model%outlines, error)
-    if (allocated(error)) then
-      associate (o => model%outlines, i => findloc(model%outlines%next, 0, 1))
-        call fail(error, status_bad_input, block_source(scene, blocks, o%block(i))//': expected an outline of block '// &
-                  number_text(o%block(i))//' that closes, found it open at '// &
-                  real_text(state%vertex(1, o%finish(i)) + model%origin(1))//' '// &
-                  real_text(state%vertex(2, o%finish(i)) + model%origin(2)))
-      end associate
-      return
-    end if
-    allocate (fixed(model%n_blocks), source=.true.)
-    fixed(model%free_block) = .false.
-    model%outlines%fixed = fixed(model%outlines%block)
-    model%outlines%gone = .not. model%present(model%outlines%block)
-    if (allocated(scene%settings%k0) .and. rests_inside(model%effects%contact)) &
-      call stress_edges(scene, blocks, model%system_t, state%vertex, model%outlines)
-    allocate (state%contacts%contact(0))
-    allocate (state%contacts%extra_reach(model%n_blocks), state%contacts%extra_turn(model%n_blocks), source=0.0_dp)
-    state%contacts%stiffness = [model%effects%contact%normal_stiffness, model%effects%contact%shear_stiffness]
-    if (model%n_elements == model%n_blocks) then
-      call find_overlaps(model%outlines, state%vertex, model%overlaps, state%contacts%inside)
-    else
-      call find_overlaps_under_mesh(blocks, model%overlaps, error)
-      if (allocated(error)) return
-      allocate (state%contacts%inside(2, 0))
-    end if
-    if (.not. rests_inside(model%effects%contact)) state%contacts%inside = reshape([integer ::], [2, 0])
-    associate (inside => state%contacts%inside, fixed => model%outlines%fixed, gone => model%outlines%gone)
-      model%outlines%inside = columns(inside, .not. (fixed(inside(1, :)) .and. fixed(inside(2, :)) .or. &
-                                                     gone(inside(1, :)) .or. gone(inside(2, :))))
-    end associate
-    state%contacts%inside = model%outlines%inside
-    if (allocated(model%effects%sleep)) call keep_awake(model%n_blocks, state)
-    if (scene%settings%chooses_step) model%effects%contact%largest_jump = any_jump
-  end subroutine begin_contacts
-
   !> Error where a scene has what linear fields alone can do, and covers of second order.
   subroutine check_second_order(scene, model, error)
     type(scene_t), intent(in) :: scene
@@ -214,32 +161,6 @@ contains
       end do
     end do
   end function has_bolts
-
-  !> Lets bodies fall asleep, all of which are awake.
-  pure subroutine keep_awake(n_blocks, state)
-    integer, intent(in) :: n_blocks
-    type(state_t), intent(inout) :: state
-
-    allocate (state%sleep)
-    allocate (state%sleep%island(n_blocks), state%sleep%quiet(n_blocks), source=0)
-    allocate (state%sleep%since(n_blocks), source=0.0_dp)
-    allocate (state%sleep%contact(0), state%sleep%inside(2, 0))
-  end subroutine keep_awake
-
-  !> Overlaps of blocks that a mathematical mesh has cut: its elements lie in one block each.
-  subroutine find_overlaps_under_mesh(blocks, overlaps, error)
-    type(blocks_t), intent(in) :: blocks
-    type(overlap_t), allocatable, intent(out) :: overlaps(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(outlines_t) :: outlines
-    real(dp) :: vertex(2, size(blocks%vertex, 2))
-    integer, allocatable :: inside(:, :)
-    integer :: b
-
-    vertex = blocks%vertex - spread(middle_of(blocks), 2, size(vertex, 2))
-    call make_outlines(blocks%shape, vertex, [(b, b=1, size(blocks%material))], outlines, error)
-    if (.not. allocated(error)) call find_overlaps(outlines, vertex, overlaps, inside)
-  end subroutine find_overlaps_under_mesh
 
   !> Bodies and where they are, in coordinates about the middle of the scene.
   subroutine make_system(scene, blocks, system, state, quality, error)
