@@ -7,7 +7,8 @@ import pytest
 import scree
 from scree import drawing, overlays
 from scree.errors import PlotError
-from scree.units import Units, units_of_deck
+from scree.model.words import UnitSystem
+from scree.units import Units, units_of_deck, units_of_files, units_of_settings
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 
@@ -84,3 +85,32 @@ def test_units_of_a_deck_are_those_of_pictures(names, words, tmp_path):
     assert units_of_deck(r) == words
     page = scree.report(r, tmp_path / "r.html").read_text()
     assert ("kJ/m" in page) == (words == "m,kPa,s")
+    deck = tmp_path / "d.ana"
+    named_in_deck = ", ".join(f"{name.partition('.')[2]}='{unit}'" for name, unit in (one.split("=") for one in given))
+    text = (SOURCE / "input/paper/rockfall/rockfall.ana").read_text().replace("geometry='", f"geometry='{SOURCE}/input/paper/rockfall/")
+    deck.write_text(text + (f"\n&units {named_in_deck} /\n" if given else ""))
+    assert units_of_files(tmp_path / "r.h5") == units_of_files(deck) == words
+
+
+@pytest.mark.parametrize("system, force, words", [("m kg s", "N", "m,Pa,s"), ("m t s", "kN", "m,kPa,s"), ("mm t s", "N", "mm,MPa,s"),
+                                                  ("mm kg ms", "kN", "mm,GPa,ms"), ("mm kg s", "mN", None), ("cm g s", "g*cm/s^2", None)])
+def test_units_of_a_model_are_those_of_its_deck(system, force, words, tmp_path):
+    """A deck names them in &units; the model that is read from it has them, with the gravity that it was made with."""
+    for gravity in None, 10:
+        m = scree.Model("u", units=system, gravity=gravity)
+        m.material("rock", density=1, young=1)
+        m.joint_material("joint")
+        m.block("block", [(0, 0), (1, 0), (1, 1)])
+        first = m.save(tmp_path / "u.ana").read_text()
+        again = scree.Model.read(tmp_path / "u.ana")
+        assert f"force='{force}'" in first and again.units == UnitSystem(" ".join((again.units.length, again.units.mass, again.units.time)))
+        assert again.gravity == m.gravity and ("gravity" in first) == (gravity is not None)
+        assert again.save(tmp_path / "u.ana").read_text() == first and units_of_settings(again.named_units()) == words
+
+
+def test_units_that_a_model_does_not_know_stay_as_they_are(tmp_path):
+    m = scree.Model.read(SOURCE / "input/paper/rockfall/rockfall.ana")
+    m["units.length"], m["units.force"] = "ft", "lbf"
+    first = m.save(tmp_path / "u.ana").read_text()
+    again = scree.Model.read(tmp_path / "u.ana")
+    assert again.units is None and again.gravity is None and again.save(tmp_path / "u.ana").read_text() == first and "'ft'" in first

@@ -41,7 +41,7 @@ from .program import cut
 from .results import LATER, read
 from .rose import draw_rose
 from .tips import draw_tips
-from .units import Units, add_units, units_of_deck
+from .units import Units, add_units, units_of_files
 
 FIELDS = ("material", "block", "stress_xx", "stress_yy", "stress_xy", "major", "minor", "displacement", "velocity")
 LARGEST_NUMBER_OF_PANELS = 12
@@ -703,8 +703,8 @@ def main():
     given = parser.parse_args()
     output = given.output or beside(given.files[0], ".png")
     check_picture(output)
-    if given.units is None and kind_of(given.files[0]) == "results":
-        given.units = units_of_deck(read(given.files[0]))
+    if given.units is None and kind_of(given.files[0]) != "geometry":
+        given.units = units_of_files(given.files[0], path=given.scree)
     extras, look = extras_of(given), look_of(given)
     with tempfile.TemporaryDirectory() as folder:
         if given.history:

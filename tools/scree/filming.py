@@ -19,6 +19,7 @@ from .arguments import above, beside, check_ending, ends_in_a_line, parser_for, 
 from .errors import PlotError
 from .drawing import FIELDS, WHOLE, Frames, Panels, add_words_of_frames, extras_of, frames_of_stage, kind_of, look_of
 from .records import Bar
+from .units import units_of_files
 
 WRITERS = {".mp4": (FFMpegWriter, "ffmpeg"), ".gif": (PillowWriter, "python3-pil")}  # and what Debian calls what they need
 
@@ -85,6 +86,7 @@ def main():
     output = given.output or beside(given.file, ".mp4" if FFMpegWriter.isAvailable() else ".gif")
     if kind_of(given.file) != "results":
         raise PlotError(f"{given.file}: expected a results file, found another")
+    given.units = given.units or units_of_files(given.file)
     extras, look = extras_of(given), look_of(given)
     file = Frames(given.file, given.file.stem)
     frames = frames_of_stage(file, given.stage) if given.stage else range(len(file.times))

@@ -48,7 +48,7 @@ from .model import Model
 from .model.text import Setting
 from .program import StrPath, call, done_or_failed, made_folder, with_settings
 from .results import read
-from .units import Units, add_units
+from .units import Units, add_units, units_of_files
 
 STANDS, MOVES, UNDECIDED = "complete", "moves: ", "not in equilibrium: "  # how the status of a static run begins that ends
 VERDICTS = {True: "stands", False: "falls", None: "undecided"}  # by whether a scene stands; its results are called so
@@ -405,7 +405,8 @@ def main() -> int:
     given = parser.parse_intermixed_args()
     if len(given.decks) > 2:
         parser.error(f"expected at most a geometry and an analysis deck, found {' '.join(given.decks)}")
-    folder, units = given.output or pathlib.Path(pathlib.Path(given.decks[-1]).stem + "-fs"), Units(given.units)
+    folder = given.output or pathlib.Path(pathlib.Path(given.decks[-1]).stem + "-fs")
+    units = Units(given.units or units_of_files(*given.decks, path=given.scree))
     reduction = Reduction(given.decks, given.set, given.joints, given.balance, folder, given.scree, given.stage, given.load,
                           Sought(given.least, corners_of(given.inside)))
     try:

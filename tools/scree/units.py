@@ -3,7 +3,9 @@ import math
 import re
 
 from .errors import PlotError
-from .in_force import settings_of_lines
+from .in_force import Explained, settings_of_lines
+from .program import call, done_or_failed
+from .results import read
 
 BASES = {"force": (1, 2, 0), "mass": (1, 1, 2), "length": (0, 1, 0), "time": (0, 0, 1)}  # powers of stress, length and time
 
@@ -19,8 +21,19 @@ STRESSES = {(length, force): stress for (length, stress), (force, _) in FORCES.i
 
 def units_of_deck(results):
     """The words of `--units` for the units that the deck of results names in &units; None where it names none, or others than known."""
-    named = settings_of_lines(map(str, results.scene.settings))
-    length, force, time = (named.get(f"units.{base}", "none") for base in ("length", "force", "time"))
+    return units_of_settings(settings_of_lines(map(str, results.scene.settings)))
+
+
+def units_of_files(*files, path=None):
+    """As `units_of_deck`, of a results file, or of decks by what the program, or the one of a path, says of them."""
+    if not str(files[-1]).lower().endswith(".ana"):
+        return units_of_deck(read(files[-1]))
+    return units_of_settings(Explained(done_or_failed(call("explain", *files, path=path)).stdout).stages[0])
+
+
+def units_of_settings(settings):
+    """The words of `--units` for values of settings by GROUP.NAME, those of &units."""
+    length, force, time = (settings.get(f"units.{base}", "none") for base in ("length", "force", "time"))
     if (length, force) not in STRESSES:
         return None
     return ",".join([length, STRESSES[length, force], *([time] if time != "none" else [])])

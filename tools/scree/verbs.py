@@ -16,7 +16,7 @@ from .model import Model
 from .model.words import Points, places
 from .program import StrPath, as_word, made_folder
 from .results import Results, read
-from .units import units_of_deck
+from .units import units_of_deck, units_of_settings
 
 if typing.TYPE_CHECKING:
     import matplotlib.axes
@@ -43,7 +43,7 @@ def units_of(what: Results | Scene) -> str | None:
     if isinstance(what, Results):
         from .model.views import model_of
         named, what = units_of_deck(what), model_of(what)
-    return named or (what.units.for_pictures if isinstance(what, Model) and what.units else None)
+    return named or (units_of_settings(what.named_units()) if isinstance(what, Model) else None)
 
 
 def given_look(field: str | None = None, joints: str | None = None, vectors: str | None = None, crosses: bool = False,

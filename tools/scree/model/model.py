@@ -20,7 +20,7 @@ from .rock import JointMaterial, Material
 from .text import Numbers, Setting, groups_text, number_text, numbers_text, opening_text, quoted, with_comment
 from .words import UnitSystem, number, one_of, text
 
-UNITS = re.compile(r"^units: ([^,\n]+), gravity (\S+)$", re.M)
+GRAVITY = re.compile(r"^gravity: (\S+)$", re.M)  # in the opening comment, where it is not that of the earth
 MATERIAL_NAME = re.compile(r"(joint|material)\((.+)\)(\..+)")
 GROUPS_OF_PLACES = ("blocks", "bolts", "bolt_row", "bolt_ring", "support", "boundary", "water")  # that a geometry may have
 MATERIAL_ROWS = ("density, unit weight, Young's modulus, Poisson's ratio", "initial stress xx yy xy at y = 0", "its increase with y",
@@ -126,8 +126,8 @@ class Model(Holding):
             geometry.material_lines = kept
 
     def _analysis_text(self, geometry):
-        units = [f"units: {self.units.words}, gravity {number_text(self.gravity)}"] if self.units else []
-        lines = [*opening_text("\n".join([*([self.title] if self.title else []), *units])),
+        gravity = [] if self.gravity is None or (self.units and self.gravity == self.units.gravity) else [f"gravity: {number_text(self.gravity)}"]
+        lines = [*opening_text("\n".join([*([self.title] if self.title else []), *gravity])),
                  with_comment(number_text(self.k01), "share of the velocity that a step passes on: 0 static, 1 dynamic"),
                  with_comment(number_text(self.steps), "steps, at most"),
                  with_comment(f"{len(self.materials)} {len(self.joint_materials)}", "block and joint materials"),
@@ -154,6 +154,7 @@ class Model(Holding):
     def _parts_to_write(self, geometry):
         """Settings of all parts, with the geometry, the order of the numbers and files beside the deck."""
         deck = {"deck.geometry": Setting(geometry)} | ({"deck.dialect": Setting("shi")} if self._in_shi_order() else {})
+        deck |= {name: Setting(unit) for name, unit in self.units.settings.items()} if self.units else {}
         for k, part in enumerate(self.parts):
             part = {name: Setting(pathlib.Path(one.value).name) if name in NAME_FILES and one.value != "none" else one
                     for name, one in part.items()}
@@ -180,7 +181,7 @@ class Model(Holding):
     def of_decks(cls, name: str, deck: Numbers, geometry: Lines | Blocks, geometry_deck: Numbers) -> Model:
         """The model of an analysis deck and a geometry that have been read."""
         model = cls(name)
-        model.geometry, model.parts = geometry, deck.parts
+        model.geometry, model.parts, model.units = geometry, deck.parts, None
         model.parts[0].pop("deck.geometry", None)
         model._read_numbers(deck)
         for one, setting in geometry_deck.parts[0].items():
@@ -188,10 +189,18 @@ class Model(Holding):
                 raise ModelError(f"{geometry_deck.source}: expected groups of places ({', '.join(GROUPS_OF_PLACES)}), found "
                                  f"&{one.partition('.')[0]}")
             model.parts[0].setdefault(one, setting)
-        found = UNITS.search(deck.title)
-        model.title = UNITS.sub("", deck.title).strip("\n")
-        model.units, model.gravity = (UnitSystem(found[1]), float(found[2])) if found else (None, None)
+        model.units = UnitSystem.of_settings(model.named_units())
+        for one in model.units.settings if model.units else ():
+            del model.parts[0][one]
+        found = GRAVITY.search(deck.title)
+        model.title = GRAVITY.sub("", deck.title).strip("\n")
+        model.gravity = float(found[1]) if found else model.units.gravity if model.units else None
         return model
+
+    def named_units(self) -> dict[str, str]:
+        """Names of units by GROUP.NAME, those of &units."""
+        said = {name: setting.text() for name, setting in self.parts[0].items() if name.startswith("units.")}
+        return self.units.settings if self.units else said
 
     def until(self, stage: int) -> Model:
         """The model with the stages up to one, from 0, as its own; geometry and materials are shared."""

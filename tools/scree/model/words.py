@@ -4,7 +4,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import numbers
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from ..errors import ModelError
 
@@ -14,7 +14,7 @@ Points = Iterable[Point]
 MASSES = {"kg": 1.0, "t": 1e3, "g": 1e-3, "Mg": 1e3}  # in kg
 LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3}  # in m
 TIMES = {"s": 1.0, "ms": 1e-3}  # in s
-STRESSES = {1.0: "Pa", 1e3: "kPa", 1e6: "MPa", 1e9: "GPa"}  # by how many Pa
+FORCES = {1e-3: "mN", 1.0: "N", 1e3: "kN", 1e6: "MN", 1e9: "GN"}  # by how many N
 GRAVITY, WATER = 9.81, 1000.0  # m/s^2, kg/m^3
 HOLDS = ("normal", "x", "y", "both")
 POINT_HOLDS = {"both": "points", "x": "points_x", "y": "points_y"}  # lists of &support with points
@@ -47,10 +47,22 @@ class UnitSystem:
         return WATER / MASSES[self.mass] * LENGTHS[self.length] ** 3
 
     @property
-    def for_pictures(self) -> str | None:
-        """Length, stress and time as `--units` of pictures has them; None where the stress has no name."""
-        stress = STRESSES.get(MASSES[self.mass] / LENGTHS[self.length] / TIMES[self.time] ** 2)
-        return f"{self.length},{stress},{self.time}" if stress else None
+    def force(self) -> str:
+        """The name of the unit of force, such as kN; that of mass times length over time squared where it has none."""
+        size = MASSES[self.mass] * LENGTHS[self.length] / TIMES[self.time] ** 2
+        return next((name for one, name in FORCES.items() if math.isclose(size, one)), f"{self.mass}*{self.length}/{self.time}^2")
+
+    @property
+    def settings(self) -> dict[str, str]:
+        """The values of &units by GROUP.NAME."""
+        return {"units.length": self.length, "units.force": self.force, "units.time": self.time}
+
+    @classmethod
+    def of_settings(cls, settings: Mapping[str, str]) -> UnitSystem | None:
+        """The system that settings of &units name; None where they name no such system. Of two masses of a size it has the first."""
+        length, time = settings.get("units.length"), settings.get("units.time")
+        found = [cls(f"{length} {mass} {time}") for mass in MASSES] if length in LENGTHS and time in TIMES else []
+        return next((one for one in found if one.force == settings.get("units.force")), None)
 
 
 def number(value, what: str, above: float | None = None, least: float | None = None, most: float | None = None) -> float:

@@ -21,7 +21,7 @@ import sys
 
 from ..arguments import STOPPED, ends_in_a_line, parser_for, say, whole_from
 from ..errors import ScreeError
-from ..units import Units, add_units
+from ..units import Units, add_units, units_of_files
 from .output import check_output, write_table
 from .runs import Study
 from .tables import read_table
@@ -140,7 +140,8 @@ def check_drawing(given, header):
 
 def work(given):
     """Does what is asked; returns the exit status."""
-    study, units = study_of(given), Units(given.units)
+    study = study_of(given)
+    units = Units(given.units or (units_of_files(*study.decks, path=given.scree) if given.draw else None))
     check_output(given.to)
     header = study.header()
     if given.draw is not None:
