@@ -560,7 +560,8 @@ def test_what_is_not_understood_is_counted_and_named(tmp_path):
         space.add_text("note", **on("notes"))
     space.add_hatch(**on("J1"))
     space.add_point((0, 0), **on("J1"))
-    space.add_mesh(**on("J1"))
+    with space.add_mesh(**on("J1")).edit_data() as mesh:  # ezdxf 1 leaves out what is empty
+        mesh.vertices, mesh.faces = [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)]
     space.add_polymesh((2, 2), **on("J1"))
     space.add_spline(**on("J1"))
     space.add_lwpolyline([(0, 0)], **on("J1"))

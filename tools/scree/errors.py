@@ -1,10 +1,13 @@
 """What goes wrong, in one line each."""
 import os
+import re
 
 
 def reason_of(problem):
-    """Why a file cannot be opened, read or written, by an OSError: in words of the system, where HDF5 has many of its own."""
-    return os.strerror(problem.errno) if problem.errno else str(problem).splitlines()[0]
+    """Why a file cannot be opened, read or written, by an OSError: in words of the system, else in the last ones of HDF5, which stand in
+    brackets."""
+    words = str(problem).splitlines()[0]
+    return os.strerror(problem.errno) if problem.errno else re.sub(r"^Unable to [a-z ]+\((.+)\)$", r"\1", words)
 
 
 class ScreeError(Exception):
