@@ -10,7 +10,7 @@ import pytest
 import scree
 from scree.errors import ScreeError
 from scree.laboratories.command import Laboratory, words_of
-from scree.laboratories.runs import Outcome, mohr_coulomb, run_specimen
+from scree.laboratories.runs import LOOK, Outcome, level_stress, mohr_coulomb, run_specimen
 from scree.laboratories.specimens import LIGHT, TESTS, Rock, Specimen
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
@@ -40,6 +40,26 @@ def test_the_fit_counts_specimens_whose_stress_did_not_fall():
     assert list(words_of(Laboratory(found)))[-1] == "cohesion 1 MPa, friction angle 45.0 degrees"
     found[1].has_peak = False
     assert list(words_of(Laboratory(found)))[-1].endswith("45.0 degrees, with 1 of 3 specimens that did not fall")
+
+
+def test_a_stress_is_level_where_it_changes_little_after_its_peak():
+    strain = np.linspace(0, 4, 401)
+    falls = np.where(strain < 1, 100 * strain, 40 + 60 * np.exp(-(strain - 1) / 0.3))
+    assert level_stress(strain, falls) == pytest.approx(40, abs=0.1)
+    assert level_stress(strain[:140], falls[:140]) is None   # before two parts are passed
+    assert level_stress(strain[:170], falls[:170]) is None   # while it falls
+    assert level_stress(strain, 100 * strain) is None        # without a peak
+    assert level_stress(strain, np.minimum(100 * strain, 100)) == pytest.approx(100)
+
+
+def test_a_confined_specimen_ends_where_its_stress_is_level(tmp_path, monkeypatch):
+    """Its run stops there, and its seconds are those of all parts of the run. An unconfined specimen goes on."""
+    monkeypatch.setattr("scree.laboratories.runs.level_stress", lambda strain, stress: 1.0 if len(stress) >= 2 * LOOK else None)
+    for pressure in (2e7, 0.0):
+        found = run_specimen(Specimen("biaxial", 2, pressure=pressure, steps=4 * LOOK, rock=Rock(cohesion=1e9, tension=1e9)), 1, tmp_path)
+        assert (len(found.stress) == 2 * LOOK) == (pressure > 0) and found.has_peak and found.residual == 1.0
+        parts = sum(scree.read(found.path).cost.processor_seconds)
+        assert found.seconds > parts if pressure else found.seconds == pytest.approx(parts)
 
 
 @pytest.fixture(scope="module")

@@ -51,6 +51,7 @@ DIGITS = 10        # of numbers along axes, which may be of a national grid
 PALER = 0.4        # share of white in colours that something is drawn over
 PANEL, WHOLE = 3.4, 5.6  # inches of one of many panels, and of one alone
 LEGEND = 0.8       # inches below the panels
+ALONG_BAR = 0.75   # of the height of a picture, which the label of the bar of colours may take
 BAR = 1.2          # inches beside the panels, for the bar of colours
 MOST_COLUMNS = 4   # of a legend
 WIDER = 1.05       # times its width, which letters of another resolution may take
@@ -543,6 +544,11 @@ class Panels:
         bar = figure.colorbar(picture, ax=axes, label=self.label, shrink=0.8, extend=self.beyond,
                               ticks=MaxNLocator(integer=True) if self.field in ("block", "material") else None)
         bar.formatter.set_useOffset(False)
+        label = bar.ax.yaxis.label
+        for size in (10, 8, 6):  # the room of a saved picture does not count how long a label is along its axis
+            if label.get_window_extent().height <= ALONG_BAR * figure.bbox.height:
+                break
+            label.set(text=self.label.replace(" [", "\n["), fontsize=size)
 
     def figure(self, rows, columns, side):
         """A figure with so many panels of a side in inches."""

@@ -52,7 +52,7 @@ class Laboratory:
     def rows(self) -> list[dict[str, typing.Any]]:
         """A row for each specimen, in kg, m and s."""
         return [{"test": one.specimen.kind, "seed": one.seed, "pressure": one.specimen.pressure, "grains": one.grains, "strength": one.strength,
-                 "strain_at_peak": float(one.strain[one.peak]), "fell": one.has_peak, "onset": one.onset,
+                 "strain_at_peak": float(one.strain[one.peak]), "fell": one.has_peak, "residual": one.residual, "onset": one.onset,
                  **({"young": one.young, "poisson": one.poisson} if one.specimen.kind in ("ucs", "biaxial") else {}),
                  "broken_in_tension": one.broken[0], "broken_in_shear": one.broken[1], "steps": len(one.stress), "processor_seconds": one.seconds,
                  "results": one.path.name} for one in self.outcomes]
@@ -78,10 +78,11 @@ def words_of(tests: Laboratory) -> typing.Iterator[str]:
     """The table in lines, and the means."""
     kind = tests.outcomes[0].specimen.kind
     pressed, elastic = kind in ("biaxial", "shear"), kind in ("ucs", "biaxial")
-    yield ("seed " + ("pressure " if pressed else "") + "strength  strain onset " + ("E [GPa]   nu " if elastic else "") + "tension shear")
+    yield ("seed " + ("pressure " if pressed else "") + "strength  strain onset " + ("residual " if pressed else "") + ("E [GPa]   nu " if elastic else "") + "tension shear")
     for one in tests.outcomes:
         yield (f"{one.seed:4d} " + (f"{one.specimen.pressure / MEGA:8.4g} " if pressed else "") +
                f"{one.strength / MEGA:8.4g} {1e3 * one.strain[one.peak]:7.3f} {one.onset / MEGA:5.3g} " +
+               ((f"{one.residual / MEGA:8.4g} " if one.residual is not None else "       - ") if pressed else "") +
                (f"{one.young / GIGA:7.4g} {one.poisson:4.2f} " if elastic else "") +
                f"{one.broken[0]:7d} {one.broken[1]:5d}" + ("" if one.has_peak else "  did not fall: try more --strain"))
     for pressure in dict.fromkeys(one.specimen.pressure for one in tests.outcomes):
