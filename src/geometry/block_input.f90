@@ -48,6 +48,7 @@ module scree_block_input
     real(dp), allocatable :: crack(:, :, :)    !! (xy, end, n) pieces of joints that end inside blocks, length
     integer, allocatable :: crack_joint(:)     !! (n) their joint materials
     integer :: n_grown = 0                     !! pieces by which they have grown
+    real(dp), allocatable :: seat(:, :)        !! (2, n) places of nodes of the mesh at tips, length; not allocated: none
   end type blocks_t
 
 contains

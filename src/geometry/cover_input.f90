@@ -19,6 +19,7 @@ module scree_cover_input
   use scree_second_order, only: six_weights
   use scree_sets, only: root_of, unite
   use scree_system, only: element_unknowns, elements_t, extension_t
+  use scree_tip_seats, only: put_nodes
   implicit none
   private
   public :: cover_blocks, cover_quality_t, cover_with_mesh, covered_t
@@ -103,23 +104,26 @@ contains
   !> second order are those of nodes and of edges. They follow the extended field of second order.
   subroutine cover_with_mesh(blocks, mesh, least_share, second_order, covered, error)
     type(blocks_t), intent(in) :: blocks
-    type(mesh_t), intent(in) :: mesh       !! in the coordinates of the blocks
+    type(mesh_t), intent(in) :: mesh       !! in the coordinates of the blocks, as it is laid
     real(dp), intent(in) :: least_share    !! 0: every cover stands on its own
     logical, intent(in) :: second_order
     type(covered_t), intent(out) :: covered
     type(error_t), allocatable, intent(out) :: error
     type(cut_faces_t) :: faces
+    type(mesh_t) :: seated                 !! with nodes at tips of cracks
 
-    call cut_faces(blocks, mesh, faces, covered%quality%uncovered, error)
+    seated = mesh
+    if (allocated(blocks%seat)) call put_nodes(blocks%seat, seated)
+    call cut_faces(blocks, seated, faces, covered%quality%uncovered, error)
     if (allocated(error) .or. covered%quality%uncovered > 0) return
     if (allocated(faces%torn)) then
       covered%torn = faces%torn
       return
     end if
     if (second_order) then
-      call connect_faces(with_middles(mesh), faces, covered%elements, covered%cover)
+      call connect_faces(with_middles(seated), faces, covered%elements, covered%cover)
     else
-      call connect_faces(mesh, faces, covered%elements, covered%cover)
+      call connect_faces(seated, faces, covered%elements, covered%cover)
     end if
     covered%elements%material = blocks%material(faces%block)
     covered%vertex = faces%vertex

@@ -22,6 +22,7 @@ module scree_read_scene
                           parts_to_stages
   use scree_system, only: fixed_point, load_point
   use scree_text, only: in_lower_case, number_text, real_of, text_t
+  use scree_tip_seats, only: seat_tips
   implicit none
   private
   public :: read_geometry, read_scene
@@ -103,6 +104,9 @@ contains
       read%installed = scene%later(k - 1)%installed
       call complete_later(read, blocks, scene%later(k - 1), error)
     end do
+    if (allocated(error)) return
+    if (scene%settings%cracks_may_grow() .or. any([(scene%later(k)%settings%cracks_may_grow(), k=1, size(scene%later))])) &
+      call seat_tips(scene, blocks)
   end subroutine read_scene
 
   !> Takes GROUP.NAME=VALUE of the command line for all stages, or stage(K).GROUP.NAME=VALUE for those from one on.

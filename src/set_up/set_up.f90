@@ -248,6 +248,7 @@ contains
       end if
       moved = blocks
       moved%vertex = state%vertex
+      if (allocated(blocks%seat)) moved%seat = blocks%seat - spread(middle, 2, size(blocks%seat, 2))
       do i = 1, 2
         moved%crack(:, i, :) = blocks%crack(:, i, :) - spread(middle, 2, size(blocks%crack, 3))
       end do
