@@ -199,6 +199,18 @@ def test_rocking_block():
     assert block.least_acceleration() == pytest.approx(0.25)
 
 
+def test_load_of_cantilevers():
+    """The energy of fracture is what the ends are given less what the arms store, and a crack of twice the length has half the load."""
+    arms = references.Cantilevers(1e10, 0.05, 240.0)
+    crack = np.linspace(0.2, 0.4, 2001)
+    opening = arms.opening(crack)
+    load = arms.load(opening)
+    assert load * crack == pytest.approx(np.full(2001, math.sqrt(240.0 * 1e10 * 0.05**3 / 12)))
+    assert opening == pytest.approx(2 * load * crack**3 / (3 * arms.bending))
+    stored = load * opening / 2
+    assert np.trapz(load, opening) - (stored[-1] - stored[0]) == pytest.approx(240.0 * 0.2, rel=1e-6)
+
+
 @pytest.mark.parametrize("ratio, amplitude", [(2, 1.2233), (4, 1.7811)])
 def test_block_under_one_cycle_of_a_sine(ratio, amplitude):
     """Amplitudes of an integration by fixed steps; a block that does not lift does not tilt."""

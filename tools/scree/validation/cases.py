@@ -556,6 +556,18 @@ def opening_of_strip(r):
     return math.inf
 
 
+@case
+def j5(run):
+    """Crack between the arms of a double cantilever."""
+    arms = references.Cantilevers(1e10, 0.05, 240.0)
+    r = run(scenes.cantilevers(6))
+    opening = np.interp(r.history.time, [0, 1, 30], np.array([0.0, 0.3, 1.0]) * arms.opening(0.28))
+    share = np.asarray(r.history.support_force) / 2 / arms.load(opening)
+    grows = r.history.energy.fracture > 0.04 * arms.energy
+    mean = np.trapz(share[grows], opening[grows]) / np.ptp(opening[grows])
+    yield Row("mean load as the crack grows, over that of beams", 1.0, float(mean), 0.02)
+
+
 def wall_of_hole(r):
     """Elements with two vertices on the circle of radius 1 that are there at the end, and their vertices on it."""
     start, there = r.vertices(0), r.present()

@@ -203,6 +203,22 @@ def pendulum_period(amplitude, length, g=9.81):
     return 2 * math.pi * math.sqrt(length / g) / a
 
 
+class Cantilevers:
+    """Two arms of Young's modulus E and a height, held together by an energy of fracture G, as simple beams: the crack grows at P a = (G EI)^(1/2),
+    where the arms are d = 2 P a^3/3 EI apart. What shear and the bonds give way makes the crack longer by a constant, which cancels in P(d)."""
+
+    def __init__(self, young, height, energy):
+        self.young, self.height, self.energy, self.bending = young, height, energy, young * height**3 / 12
+
+    def opening(self, crack):
+        """Of the ends of the arms, as a crack of a length grows."""
+        return 2 * math.sqrt(self.energy / self.bending) * crack**2 / 3
+
+    def load(self, opening):
+        """Force on each arm at an opening, as the crack grows."""
+        return math.sqrt(self.energy * self.bending) / np.sqrt(1.5 * opening * math.sqrt(self.bending / self.energy))
+
+
 class Rocking:
     """A rigid block of half width b and half height h that rocks about its lower corners (Housner 1963)."""
 

@@ -120,3 +120,24 @@ def strip():
     m["method.model"], m["method.strain"], m["cover.edge"], m["output.every"] = "nmm", "small", 0.014433757, 1
     m["cover.origin"] = [0, 0]
     return m
+
+
+def cantilevers(rows):
+    """Two arms of a double cantilever with so many rows of triangles each, bonded beyond a crack. Their ends are moved apart until the crack of
+    simple beams, as `references.Cantilevers`, is 0.28 long. The zone of the bonds, (2 EI/kn)^(1/4) with kn = T^2/2G, is six edges long."""
+    arms = references.Cantilevers(1e10, 0.05, 240.0)
+    edge = arms.height / rows / math.sin(math.pi / 3)
+    strength, steps, end = math.sqrt(4 * arms.energy * arms.bending / (6 * edge)**4), 30, arms.opening(0.28)
+    m = Model("j5-cantilevers", title="The bonded arms of a double cantilever are moved apart, and a crack grows between them.")
+    m.material("arm", density=2500, young=arms.young, poisson=0, unit_weight=0)
+    m.joint_material("crack", phi=0)
+    m.joint_material("bond", phi=45, cohesion=10 * strength, tensile_strength=strength, energy=arms.energy)
+    joints, tip = ["crack", "bond", "crack", "crack", "crack"], (16.25 * edge, 0)
+    m.block("upper", [(0, 0), tip, (0.5, 0), (0.5, arms.height), (0, arms.height)], joint=joints)
+    m.block("lower", [(0, -arms.height), (0.5, -arms.height), (0.5, 0), tip, (0, 0)], joint=["crack", "crack", "bond", "crack", "crack"])
+    for name, side in ("upper", 1), ("lower", -1):
+        m.fix(name, (0, side * arms.height / 2), move=[(0, 0, 0), (1, 0, 0.15 * side * end), (steps, 0, 0.5 * side * end)])
+    m.static(balance=None, steps=steps, size=1)
+    m["method.model"], m["method.strain"], m["cover.edge"], m["output.every"] = "nmm", "small", edge, 1
+    m["cover.origin"] = [0, 0]
+    return m
