@@ -2,6 +2,7 @@
 import os
 import pathlib
 import re
+import shutil
 
 import pytest
 from scree.house import ablate, check, fortran, limits, measures, parts, rooms
@@ -228,6 +229,25 @@ def test_exceptions_to_limits_may_only_fall(tmp_path):
     limits.lower(found, listed, table)
     assert table.read_text() == "# A comment.\nlines scree_x.long 160\n"
     assert list(limits.beyond(found, limits.read(table), table)) == []
+
+
+@pytest.mark.skipif(shutil.which("mypy") is None, reason="mypy is not installed, so types are not checked")
+def test_a_wrong_type_is_found_at_its_line(tmp_path):
+    """In a package of the typed modules, of which one returns a text as a number."""
+    for name in check.TYPED:
+        folder = tmp_path / "tools" / pathlib.Path(*name.split("."))
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "__init__.py").touch()
+    assert list(check.types(tmp_path)) == []
+    wrong = tmp_path / "tools" / "scree" / "verbs" / "__init__.py"
+    wrong.write_text("def plot(what: str) -> int:\n    return what\n")
+    (path, line, text), = check.types(tmp_path)
+    assert (path, line) == (wrong, 2) and "expected \"int\"" in text
+
+
+def test_without_mypy_types_are_not_checked_and_that_is_said(monkeypatch, capsys):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    assert list(check.types(SOURCE.parent)) == [] and "mypy is not installed" in capsys.readouterr().err
 
 
 def test_the_sources_keep_the_limits():

@@ -43,11 +43,12 @@ def origin() -> pathlib.Path | None:
 def program(path: StrPath | None = None) -> pathlib.Path:
     """The path of the program: the one given, else that of the variable SCREE, else that of the build folder, else the one that is
     installed beside this package, else the one that the shell finds, else the one built in the tree that pip took the package from."""
-    path = path or os.environ.get("SCREE") or next((there for there in (BUILT, INSTALLED) if there.exists()), None)
-    path = path or shutil.which("scree") or next((tree / BUILT.relative_to(TREE) for tree in [origin()] if tree), BUILT)
-    if not pathlib.Path(path).exists():
-        raise ProgramMissing(f"expected the program {path}, found none: build it, or name it with --scree or the variable SCREE")
-    return pathlib.Path(path).absolute()
+    places: list[StrPath | None] = [path, os.environ.get("SCREE"), *(built for built in (BUILT, INSTALLED) if built.exists()), shutil.which("scree"),
+                                    *(tree / BUILT.relative_to(TREE) for tree in [origin()] if tree), BUILT]
+    found = pathlib.Path(next(one for one in places if one))
+    if not found.exists():
+        raise ProgramMissing(f"expected the program {found}, found none: build it, or name it with --scree or the variable SCREE")
+    return found.absolute()
 
 
 def input_folder() -> pathlib.Path:
@@ -189,7 +190,7 @@ class Runner:
     def __call__(self, deck, geometry=None, settings=(), name=None):
         """Runs an analysis deck, or a model, whose decks are written into the folder; the geometry as (name, text) where the deck names
         none."""
-        if not isinstance(deck, StrPath):
+        if not isinstance(deck, str | os.PathLike):
             name = name or deck.name
             deck = deck.save(self.folder / f"{name}.ana")
         decks = [deck]

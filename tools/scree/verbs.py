@@ -90,7 +90,8 @@ def film(results: Results, output: StrPath, field: str = "displacement", stage: 
     from .drawing import Frames, frames_of_stage
     from .filming import film as write_film
     with in_words_of_python():
-        extras, how = given_look(field, **{"units": units_of(results)} | look, dpi=dpi)
+        given: dict[str, typing.Any] = {"units": units_of(results), **look, "dpi": dpi}
+        extras, how = given_look(field, **given)
         file = Frames(results.path, results.path.stem)
         frames = frames_of_stage(file, stage) if stage else list(range(len(file.times)))
         write_film(file, frames[::every], pathlib.Path(output), fps, dpi, field, extras, how)

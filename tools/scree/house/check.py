@@ -1,5 +1,7 @@
-"""The work of tools/check: layout, lint, rooms, complexity and arguments of the Fortran, and words, as findings or as a table."""
+"""The work of tools/check: layout, lint, rooms, complexity and arguments of the Fortran, types of the Python package, and words, as
+findings or as a table."""
 import argparse
+import os
 import pathlib
 import re
 import shutil
@@ -14,6 +16,9 @@ TREE = pathlib.Path(__file__).resolve().parents[3]
 FOLDERS = ("src", "tests")
 SUFFIXES = (".f90", ".pf")
 BIN = TREE / "build" / "check" / "bin"
+PACKAGES = ("scree.model",)
+TYPED = (*PACKAGES, "scree", "scree.errors", "scree.ground_motion", "scree.in_force", "scree.notebooks", "scree.program", "scree.results",
+         "scree.terminal", "scree.verbs")  # what users of the package call
 
 # Where fprettify 0.3.7 errs: a blank lost before `.not.`, and one gained where a variable has the name of a statement.
 ITS_ERRORS = ((re.compile(r",\s*(\.not\.)", re.I), r", \1"), (re.compile(r"\b(open|close|read|write)\s+\(", re.I), r"\1("))
@@ -70,11 +75,27 @@ def lint():
         yield TREE / path, int(line), text
 
 
+def types(tree):
+    """What mypy finds in the typed modules of the package, where mypy is installed; a line says where it is not."""
+    if not shutil.which("mypy"):
+        print("check: mypy is not installed, so the types of the Python package are not checked", file=sys.stderr)
+        return
+    done = subprocess.run(["mypy", "--no-site-packages", "--ignore-missing-imports", "--follow-imports=silent", "--cache-dir", tree / "build" / "mypy",
+                           *(word for name in TYPED for word in ("-p" if name in PACKAGES else "-m", name))],
+                          cwd=tree, env=os.environ | {"MYPYPATH": str(tree / "tools")}, capture_output=True, text=True)
+    found = re.findall(r"(?m)^(\S[^:\n]*):(\d+): error: (.*)$", done.stdout)
+    if done.returncode not in (0, 1) or bool(done.returncode) != bool(found):
+        raise CheckError(f"mypy failed: {((done.stderr or done.stdout).strip().splitlines() or ['it did not say why'])[-1]}")
+    for path, line, text in found:
+        yield tree / path, int(line), text
+
+
 def findings():
     """All findings: path, line, text."""
     source = TREE / "src"
     yield from layout(sources())
     yield from lint()
+    yield from types(TREE)
     arrows, sees = rooms.arrows(source), rooms.seen_by(source)
     yield from rooms.unlisted(arrows, sees)
     yield from rooms.unused(arrows, sees, source)

@@ -153,7 +153,7 @@ def read_geometry(text: str, source: str) -> tuple[Lines | Blocks, Numbers]:
     """The geometry of a deck, a block file by the name of its file, and what was read, for its groups."""
     deck = Numbers(text, source)
     name = source.lower()
-    kind = Blocks if name.endswith((".blk", ".blck", "block.in")) else Lines
+    kind: type[Lines] | type[Blocks] = Blocks if name.endswith((".blk", ".blck", "block.in")) else Lines
     return kind.read(deck), deck
 
 

@@ -41,7 +41,7 @@ class Grains:
 
     def areas(self) -> np.ndarray:
         """Area of each grain (n)."""
-        return np.array([area_of([tuple(p) for p in self.polygon(i)]) for i in range(len(self.grain))])
+        return np.array([area_of([(float(x), float(y)) for x, y in self.polygon(i)]) for i in range(len(self.grain))])
 
     def neighbours(self) -> dict[tuple[int, int], int]:
         """The grain to the left of each side, by the numbers of its two corners."""

@@ -259,7 +259,8 @@ class Model(Holding):
         found = MATERIAL_NAME.fullmatch(name)
         if not found or found[2].isdigit():
             return name
-        there = self.joint_materials if found[1] == "joint" else self.materials
+        names: dict[str, Mapping[str, typing.Any]] = {"joint": self.joint_materials, "material": self.materials}
+        there = names[found[1]]
         return f"{found[1]}({_place(there, one_of(found[2], there, name))}){found[3]}"
 
     def plot(self, **options: typing.Any) -> typing.Any:
