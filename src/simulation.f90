@@ -6,6 +6,7 @@ module scree_simulation
   use scree_carry_over, only: take_supports
   use scree_check_scene, only: warn_of_model
   use scree_critical_step, only: find_largest_step
+  use scree_departures, only: remove_departed
   use scree_effects, only: refresh_elements, steady_from
   use scree_equilibrium, only: is_balanced, words_of_balance
   use scree_errors, only: error_t, fail, status_signal
@@ -29,7 +30,7 @@ module scree_simulation
   use scree_shi_control, only: first_size, following_size
   use scree_sleep, only: advance_awake
   use scree_start, only: begin_run
-  use scree_state, only: cracks_t, stage_clock_t, state_t, step_of_run, time_of_run
+  use scree_state, only: cracks_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: after_step, at_end, frame_due, has_no_step, is_settled, next_size, share_done
   use scree_step_progress, only: share_of_stage, show_step
   use scree_summary_words, only: ending_t, json_of, lines_of, warning_of_blows, warning_of_error, warning_of_swings
@@ -95,7 +96,7 @@ contains
     run%n_stages = 1 + size(scene%later)
     if (len(options%restart_path) > 0) call open_past(options%restart_path, scene, past, error)
     if (allocated(error)) return
-    call prepare(scene, blocks, options, past%stage, run, list, error)
+    call prepare(scene, blocks, options, past, run, list, error)
     if (allocated(error)) then
       call leave_past(past)
       return
@@ -257,11 +258,11 @@ contains
 
   !> Makes the model and its first state, and begins the run of it where there is to be one. Of what is gone on with, those of its
   !> stage; the effects are those of the first.
-  subroutine prepare(scene, blocks, options, stage, run, list, error)
+  subroutine prepare(scene, blocks, options, past, run, list, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(run_options_t), intent(in) :: options
-    type(stage_clock_t), intent(in) :: stage
+    type(past_run_t), intent(in) :: past
     type(run_t), intent(inout) :: run
     type(effect_t), allocatable, intent(out) :: list(:)
     type(error_t), allocatable, intent(out) :: error
@@ -270,15 +271,16 @@ contains
     type(effect_t), allocatable :: own(:)
     integer :: k
 
-    run%scene = scene_of_stage(scene, stage%number, stage%begins)
+    run%scene = scene_of_stage(scene, past%stage%number, past%stage%begins)
+    if (allocated(past%departed)) run%scene%removed(blocks%drawn(past%departed)) = .true.
     run%blocks = blocks
     run%n_drawn = size(blocks%material)
     call set_up(run%scene, blocks, run%model, run%state, list, error)
     if (allocated(error)) return
     call note_kinds(run%model, run%output%kinds)
     do k = 1, run%n_stages
-      if (k == stage%number) cycle
-      call set_up(scene_of_stage(scene, k, stage%begins), blocks, model, state, own, error)
+      if (k == past%stage%number) cycle
+      call set_up(scene_of_stage(scene, k, past%stage%begins), blocks, model, state, own, error)
       if (allocated(error)) return
       call note_kinds(model, run%output%kinds)
       if (k == 1) list = own
@@ -286,7 +288,7 @@ contains
     call refresh_elements(run%model, run%state, run%cache)
     call refuse_overlaps(scene, blocks, run%model, error)
     if (allocated(error) .or. .not. options%runs) return
-    if (stage%number == 1) call warn_of_model(run%scene, blocks, run%model, run%state, options%strict, run%progress, error)
+    if (past%stage%number == 1) call warn_of_model(run%scene, blocks, run%model, run%state, options%strict, run%progress, error)
     if (allocated(error)) return
     call begin_steps(run, error)
   end subroutine prepare
@@ -374,6 +376,7 @@ contains
 
     call begin_phase(run%cache%timers, phase_set_up)
     next = scene_of_stage(scene, run%state%stage%number + 1, time_of_run(run%state))
+    if (allocated(run%state%departed)) next%removed(run%blocks%drawn(run%state%departed)) = .true.
     call set_up_next(next, run%blocks, run%model, run%state, run%cache, model, state, said, error)
     if (allocated(error)) return
     call warn_of_loose(run)
@@ -431,6 +434,7 @@ contains
         if (enough(run%probe)) return
       end if
       call let_cracks_grow(run, error)
+      if (.not. allocated(error)) call let_blocks_leave(run, error)
       if (allocated(error) .or. at_end(run%scene%settings, run%state)) exit
       call run_step(run, error)
     end do
@@ -467,6 +471,21 @@ contains
     if (allocated(parent) .and. .not. allocated(error)) call change_layout(run%output, run%model, parent, .false.)
     call begin_phase(run%cache%timers, phase_other)
   end subroutine let_cracks_grow
+
+  !> Removes the blocks that have left the scene. They do by the state alone, as cracks grow.
+  subroutine let_blocks_leave(run, error)
+    type(run_t), intent(inout) :: run
+    type(error_t), allocatable, intent(out) :: error
+    logical :: have_left
+
+    if (.not. allocated(run%model%settings%scene_rectangle)) return
+    call begin_phase(run%cache%timers, phase_set_up)
+    call remove_departed(run%scene, run%blocks, run%output, run%progress, run%model, run%cache, run%state, run%watch, have_left, &
+                         error)
+    if (have_left .and. allocated(run%awake)) deallocate (run%awake)
+    if (allocated(error)) error%message = reached(run%state)//error%message
+    call begin_phase(run%cache%timers, phase_other)
+  end subroutine let_blocks_leave
 
   !> Fraction of a run that is done, its stages taken for equally long.
   pure real(dp) function share_of_run(run) result(share)

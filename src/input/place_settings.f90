@@ -48,7 +48,7 @@ contains
                              'force'), s%load_force)
   end subroutine visit_points
 
-  !> Settings of the cutting of lines.
+  !> Settings of the cutting of lines, and of the rectangle that blocks may leave.
   subroutine visit_blocks(row, s)
     type(setting_rows_t), intent(inout) :: row
     type(settings_t), intent(inout) :: s
@@ -56,6 +56,9 @@ contains
     call row%real(setting_t('blocks', 'least_area', &
                             'least area of a block cut from lines; a smaller block joins its neighbour', 'length^2', &
                             0.0_dp, default='0'), s%least_block_area)
+    call row%reals(setting_t('scene', 'rectangle', &
+                             'x1 y1 x2 y2 of the lower left and the upper right corner; a block that leaves it is removed', &
+                             'length'), s%scene_rectangle)
   end subroutine visit_blocks
 
   !> Settings of bolts, beside those of the geometry.

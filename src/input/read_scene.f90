@@ -90,6 +90,8 @@ contains
     read = scene
     call complete_stage(scene, blocks, error)
     if (allocated(error)) return
+    call find_removed(scene, blocks, error)
+    if (allocated(error)) return
     call check_numbers_count(deck%options, scene, error)
     if (allocated(error)) return
     call read_mesh(scene, error)

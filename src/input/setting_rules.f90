@@ -54,6 +54,7 @@ module scree_setting_rules
     setting_rule_t('cover.order', '1', 'output.error', '|none|', .false., 'the estimate of the error assumes linear fields'), &
     setting_rule_t('cover.order', '1', 'boundary.pressure', is_not_given, .false., 'pressure is integrated over straight edges'), &
     setting_rule_t('cover.order', '1', 'water.table', is_not_given, .false., 'pressure is integrated over straight edges'), &
+    setting_rule_t('cover.order', '1', 'scene.rectangle', is_not_given, .false., 'cells are those of one model'), &
     setting_rule_t('cover.order', '1', 'absorbing.lines', is_not_given, .false., 'absorbing edges must stay straight'), &
     setting_rule_t('cover.order', '1', 'absorbing.base', is_not_given, .false., 'absorbing edges must stay straight'), &
     setting_rule_t('integrator.scheme', 'energy_momentum', 'method.strain', '|green|auto|', .false., &
@@ -218,6 +219,7 @@ module scree_setting_rules
                    'static forces on cut edges are not handed on'), &
     setting_rule_t(grows, '', 'absorbing.base', is_not_given, .false., &
                    'static forces on cut edges are not handed on'), &
+    setting_rule_t(grows, '', 'scene.rectangle', is_not_given, .false., 'a part that breaks off stays in the scene'), &
     setting_rule_t(grows, '', 'step.sleep', is_not_given, .false., 'what sleeps would not crack'), &
     setting_rule_t('cracks.strength', '', 'cracks.length', is_given, .false., 'the stress at a tip has no bound'), &
     setting_rule_t('contact.coupling', 'nested', 'method.strain', '|green|auto|strain_rotation|', .true., &

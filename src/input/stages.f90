@@ -7,6 +7,7 @@ module scree_stages
   use scree_polygon, only: holds, inner_place
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of
   use scree_rock_outline, only: crosses_itself
+  use scree_scene_rectangle, only: check_rectangle
   use scree_scene, only: bolt_record_t, kind_of, scene_t, settings_t, word_t
   use scree_setting_rules, only: drop_idle, drop_overridden
   use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
@@ -174,8 +175,10 @@ contains
                                                   a%shear_strength - b%shear_strength, 0.0_dp], [2, 3])]) > 0)
   end function are_same
 
-  !> Removes the blocks that a stage removes. Errors: numbers that are none of blocks or block materials, corners that make no
-  !> polygons or such without a block in them, a stage without a block.
+  !> Removes the blocks that a stage removes, and checks the rectangle that others may leave.
+  !>
+  !> Errors: as of `check_rectangle`; numbers that are none of blocks or block materials, corners that make no polygons or such
+  !> without a block in them, a stage without a block.
   subroutine find_removed(scene, blocks, error)
     type(scene_t), intent(inout) :: scene        !! with what was removed before
     type(blocks_t), intent(in) :: blocks
@@ -183,6 +186,8 @@ contains
     logical :: inside(size(blocks%material))
     integer :: i
 
+    call check_rectangle(scene, blocks, error)
+    if (allocated(error)) return
     associate (s => scene%settings, material => blocks%material)
       call check('stage.remove_blocks', s%removed_blocks, size(material), 'blocks')
       if (.not. allocated(error)) &

@@ -42,7 +42,7 @@ contains
 
     call hand_on(bodies%near, before)
     call empty(bodies%near, max(before%n + before%n/4, 4*bodies%n_pieces))
-    if (bodies%n_pieces == 0) return
+    if (bodies%n_pieces < 2) return
     do a = 1, bodies%n_pieces
       associate (x => bodies%at(:, bodies%first(a):bodies%first(a + 1) - 1))
         low(:, a) = minval(x, 2) - bodies%near%skin/2

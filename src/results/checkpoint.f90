@@ -81,16 +81,18 @@ contains
     whole = archive%n == size(numbers) .and. .not. archive%damaged
   end function take_checkpoint
 
-  !> What of a checkpoint makes the model: its stage, and how cracks have grown. Its numbers begin with them.
-  subroutine take_beginning(numbers, stage, cracks)
+  !> What of a checkpoint makes the model: its stage, how cracks have grown, and which blocks have left. Its numbers begin with
+  !> them.
+  subroutine take_beginning(numbers, stage, cracks, departed)
     real(dp), intent(in) :: numbers(:)
     type(stage_clock_t), intent(out) :: stage
     type(cracks_t), allocatable, intent(out) :: cracks
+    integer, allocatable, intent(out) :: departed(:)
     type(archive_t) :: archive
 
     archive%reading = .true.
     archive%number = numbers
-    call visit_beginning(archive, stage, cracks)
+    call visit_beginning(archive, stage, cracks, departed)
   end subroutine take_beginning
 
   !> Names of all components of a checkpoint, in their order: what this program writes and reads.
@@ -123,7 +125,7 @@ contains
     type(state_t), intent(inout) :: state
     type(watch_t), intent(inout) :: watch
 
-    call visit_beginning(archive, state%stage, state%cracks)
+    call visit_beginning(archive, state%stage, state%cracks, state%departed)
     call archive%part('time', state%time)
     call archive%part('step', state%step)
     call archive%part('pace%size', state%pace%size)
@@ -272,15 +274,17 @@ contains
   end subroutine visit_contacts
 
   !> What the model is made with.
-  subroutine visit_beginning(archive, stage, cracks)
+  subroutine visit_beginning(archive, stage, cracks, departed)
     type(archive_t), intent(inout) :: archive
     type(stage_clock_t), intent(inout) :: stage
     type(cracks_t), allocatable, intent(inout) :: cracks
+    integer, allocatable, intent(inout) :: departed(:)
 
     call archive%part('stage%number', stage%number)
     call archive%part('stage%steps', stage%steps)
     call archive%part('stage%begins', stage%begins)
     call visit_cracks(archive, cracks)
+    call archive%array('departed', departed)
   end subroutine visit_beginning
 
   !> How cracks have grown, where they have.

@@ -46,6 +46,7 @@ module scree_restart
     real(dp), allocatable :: numbers(:)   !! of the checkpoint
     type(stage_clock_t) :: stage          !! that it is of
     type(cracks_t), allocatable :: cracks !! as they had grown
+    integer, allocatable :: departed(:)   !! blocks that had left the scene
   end type past_run_t
 
 contains
@@ -287,7 +288,7 @@ contains
     from = 0
     if (last > 1) from = nint(end_(last - 1), hsize_t)
     past%numbers = read_rows(past%file, '/checkpoint/numbers', from, nint(end_(last), hsize_t) - from)
-    call take_beginning(past%numbers, past%stage, past%cracks)
+    call take_beginning(past%numbers, past%stage, past%cracks, past%departed)
   end subroutine read_checkpoint
 
   !> Begins a results file with what there was up to the checkpoint. Errors: a failed write; rows that are not there; other series.

@@ -5,6 +5,7 @@ module scree_run_records
   use scree_contact_rules, only: has_bonds
   use scree_contacts, only: contact_t, state_open
   use scree_crack_records, only: crack_records_t, declare_cracks, put_cracks
+  use scree_departure_records, only: declare_departures, departure_records_t
   use scree_deviation, only: error_of_blocks, share_off
   use scree_effects, only: supports_move
   use scree_energy, only: dissipated_energy
@@ -44,6 +45,7 @@ module scree_run_records
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
     type(crack_records_t) :: cracks
+    type(departure_records_t) :: departures
   end type records_t
 
   !> Whether any stage of a run has an effect, so that its series exist in all stages.
@@ -51,7 +53,7 @@ module scree_run_records
     integer :: stages = 0
     integer :: parts = 0                              !! blocks that may break off
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
-               sleep = .false., removal = .false., softening = .false., bonds = .false., moving = .false.
+               sleep = .false., removal = .false., departures = .false., softening = .false., bonds = .false., moving = .false.
   end type kinds_t
 
   character(len=*), parameter :: energy_unit = 'force*length/length'
@@ -79,7 +81,8 @@ contains
         kinds%softening = kinds%softening .or. joints_soften(effects%contact)
         kinds%bonds = kinds%bonds .or. any(has_bonds(effects%contact))
       end if
-      kinds%removal = kinds%removal .or. .not. all(model%present)
+      kinds%departures = kinds%departures .or. allocated(s%scene_rectangle)
+      kinds%removal = kinds%removal .or. kinds%departures .or. .not. all(model%present)
     end associate
   end subroutine note_kinds
 
@@ -141,11 +144,11 @@ contains
       if (kinds%moving) call a_step('support_force', [integer ::], 'force/length', &
                                     'work of moving supports in the step over the way of the fastest', &
                                     records%support_force)
-      if (kinds%stages > 1) then
+      if (kinds%stages > 1) &
         call a_step('stage', [integer ::], '1', 'stage that the step is of, from 1', records%stage, .true.)
-        call a_step('energy/stages', [integer ::], energy_unit, 'energy that changes of stages added; below 0: removed', &
-                    records%staged)
-      end if
+      if (kinds%stages > 1 .or. kinds%departures) &
+        call a_step('energy/stages', [integer ::], energy_unit, &
+                    'energy that changes of stages and blocks that left added; below 0: removed', records%staged)
       if (kinds%held) &
         call a_step('energy/held', [integer ::], energy_unit, 'energy that the integrator holds between steps', records%held)
       if (kinds%damping) &
@@ -233,6 +236,7 @@ contains
     if (allocated(model%effects%contact)) call declare_contacts()
     if (allocated(model%effects%bolt)) call declare_bolts(size(model%effects%bolt%stiffness, 2))
     if (size(records%measured) > 0) call declare_points(size(records%measured))
+    if (kinds%departures) call declare_departures(results, records%departures, error)
 
   contains
 

@@ -21,7 +21,7 @@ module scree_carry_over
   use scree_time_table, only: value_at
   implicit none
   private
-  public :: carry_over, carry_through_cut, take_supports
+  public :: carry_over, carry_through_cut, carry_through_removal, take_supports
 
   !> What has become of the vertices and edges of outlines.
   type :: heirs_t
@@ -45,28 +45,54 @@ contains
     real(dp), intent(in) :: pretension(:)    !! (n_bolts) force per unit thickness
     type(model_t), intent(inout) :: model    !! of the stage, as set up
     type(state_t), intent(inout) :: state    !! likewise
-    logical :: gone(model%n_elements)
-    integer :: e
 
     state%stage = stage_clock_t(before%stage%number + 1, step_of_run(before), time_of_run(before))
-    gone = .not. model%present(model%elements%block)
-    call carry_fields(model_before, before, same_lineage(model_before), model, state)
-    do e = 1, model%n_elements
-      if (gone(e)) state%stress(:, e) = 0.0_dp
-    end do
-    call carry_static_forces(model_before, before%static_force + reaction, model, state)
-    call take_supports(state, model)
+    call carry_what_stays(model_before, before, before%static_force + reaction, pretension, model, state)
     state%acceleration = 0.0_dp
     if (model%effects%is_static() .or. any(model%settings%reset == [reset_velocities, reset_both])) state%velocity = 0.0_dp
-    call keep_what_is_there(model_before, model, state)
-    if (allocated(state%bolts)) call carry_bolts(before, pretension, model, state)
-    if (allocated(before%reference)) call carry_reference(before%reference, model, state)
     if (any(model%settings%reset == [reset_displacements, reset_both])) then
       state%reference = reference_t(state%vertex, state%point)
       state%rotation = 0.0_dp
     end if
-    if (allocated(before%deviation) .and. model%settings%estimates_error) state%deviation = before%deviation
   end subroutine carry_over
+
+  !> Has the state go on without blocks that have left the scene, within a stage. The motion of the others goes on as it was.
+  pure subroutine carry_through_removal(model_before, before, pretension, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    real(dp), intent(in) :: pretension(:)    !! (n_bolts) force per unit thickness
+    type(model_t), intent(inout) :: model    !! without them, as set up
+    type(state_t), intent(inout) :: state    !! likewise
+
+    state%time = before%time
+    state%step = before%step
+    state%stage = before%stage
+    state%pace = before%pace
+    call carry_what_stays(model_before, before, before%static_force, pretension, model, state)
+    if (allocated(before%settling)) state%settling = before%settling
+  end subroutine carry_through_removal
+
+  !> Carries over what a model with the same parts has, of which some blocks may be gone.
+  pure subroutine carry_what_stays(model_before, before, static_force, pretension, model, state)
+    type(model_t), intent(in) :: model_before
+    type(state_t), intent(in) :: before
+    real(dp), intent(in) :: static_force(:, :) !! (2, n_points before) on edges, per unit thickness
+    real(dp), intent(in) :: pretension(:)    !! (n_bolts) force per unit thickness
+    type(model_t), intent(inout) :: model    !! as set up
+    type(state_t), intent(inout) :: state    !! likewise
+    integer :: e
+
+    call carry_fields(model_before, before, same_lineage(model_before), model, state)
+    do e = 1, model%n_elements
+      if (.not. model%present(model%elements%block(e))) state%stress(:, e) = 0.0_dp
+    end do
+    call carry_static_forces(model_before, static_force, model, state)
+    call take_supports(state, model)
+    call keep_what_is_there(model_before, model, state)
+    if (allocated(state%bolts)) call carry_bolts(before, pretension, model, state)
+    if (allocated(before%reference)) call carry_reference(before%reference, model, state)
+    if (allocated(before%deviation) .and. model%settings%estimates_error) state%deviation = before%deviation
+  end subroutine carry_what_stays
 
   !> Has the state go on in a model that cracks have cut further, within a stage. Nothing is at rest or in motion for it: kinetic
   !> energy, momentum and stress stay as they are.
@@ -110,6 +136,7 @@ contains
     call carry_points(model_before, before, lineage, model, state)
     call carry_contacts(model_before, before, lineage, model, state)
     if (allocated(before%cracks)) state%cracks = before%cracks
+    if (allocated(before%departed)) state%departed = before%departed
     state%books = before%books
   end subroutine carry_fields
 

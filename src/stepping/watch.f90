@@ -18,7 +18,7 @@ module scree_watch
   use scree_trouble, only: new_trouble, trouble_t, words_of
   implicit none
   private
-  public :: begin_watch, check_numbers, watch_impact, watch_step, watch_t
+  public :: begin_watch, check_numbers, energy_of, keep_watch, watch_impact, watch_step, watch_t
 
   !> Area over that at the start, or the inverse, that is suspicious with small strain, and with Green strain, where stretches are
   !> meant; and that ends the run. With small strain a block that turns grows, by 1 + r^2 in a step, in the runs of Shi's programs
@@ -73,6 +73,17 @@ contains
         watch%scale = watch%scale + abs(model%effects%gravity%weight(e))*height ! it may fall
     end do
   end subroutine begin_watch
+
+  !> Goes on with a model of which blocks are gone: what they took with them is neither lost nor won.
+  pure subroutine keep_watch(watch, model, cache, change)
+    type(watch_t), intent(inout) :: watch
+    type(model_t), intent(in) :: model            !! without them
+    type(cache_t), intent(in) :: cache
+    real(dp), intent(in) :: change                !! of `energy_of`, force length per unit thickness
+
+    watch%energy = watch%energy + change
+    watch%height = energy_of_weights(model, cache)
+  end subroutine keep_watch
 
   !> Error where energies are not finite: names an element whose own are not.
   subroutine check_numbers(model, cache, state, error)

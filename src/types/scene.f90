@@ -137,6 +137,7 @@ module scree_scene
     integer :: mass = mass_constant
     character(len=:), allocatable :: stage_name
     logical :: static = .false.             !! steps hand no velocity on
+    real(dp), allocatable :: scene_rectangle(:)   !! x1 y1 x2 y2 of its lower left and upper right corner; what leaves it is removed
     real(dp), allocatable :: removed_blocks(:)    !! numbers of blocks that the stage removes
     real(dp), allocatable :: removed_materials(:) !! and of block materials, with all blocks of them
     real(dp), allocatable :: removed_inside(:) !! corners x y of polygons whose blocks too

@@ -149,6 +149,7 @@ module scree_state
     type(settling_t), allocatable :: settling  !! of a static run that ends in equilibrium
     type(deviation_t), allocatable :: deviation !! where the scene asks for it
     type(cracks_t), allocatable :: cracks      !! where the scene lets cracks grow
+    integer, allocatable :: departed(:)        !! blocks that have left the scene, in this order; not allocated: none
     type(books_t) :: books
   end type state_t
 

@@ -58,6 +58,10 @@ contains
       if (.not. (same([a%cracks%piece, a%cracks%time], [b%cracks%piece, b%cracks%time]) &
                  .and. same_whole(a%cracks%joint, b%cracks%joint))) name = 'cracks'
     end if
+    if (allocated(a%departed) .neqv. allocated(b%departed)) name = 'whether blocks have left'
+    if (allocated(a%departed) .and. allocated(b%departed)) then
+      if (.not. same_whole(a%departed, b%departed)) name = 'blocks that have left'
+    end if
     if (.not. same(numbers_of(a%books), numbers_of(b%books))) name = 'books'
     if (.not. same_whole([a%pair], [b%pair])) name = 'pairs'
     if (size(a%factored) /= size(b%factored)) name = 'number of islands'

@@ -27,6 +27,7 @@ GROUPS = {
     "fixed_points": "How fixed points and supports act.",
     "loads": "Forces at load points.",
     "blocks": "Blocks that are cut from lines.",
+    "scene": "The part of the world that the run follows ([blocks that leave](../howto/restitution.md#blocks-that-leave)).",
     "bolts": "Rock bolts ([bolts](../howto/bolts.md)).",
     "bolt_row": "Rows of bolts along lines ([bolts](../howto/bolts.md#rows-and-rings)).",
     "bolt_ring": "Rings of bolts around circles ([bolts](../howto/bolts.md#rows-and-rings)).",

@@ -1,0 +1,105 @@
+!> Blocks that leave the scene in the middle of a run: they are removed, and the state goes on without them.
+module scree_departures
+  use scree_block_input, only: blocks_t
+  use scree_cache, only: rebuild_cache
+  use scree_carry_over, only: carry_through_removal
+  use scree_crack_tips, only: number_tips
+  use scree_departure_records, only: put_departure
+  use scree_energy, only: close_books, stored_energy
+  use scree_errors, only: error_t
+  use scree_kinds, only: dp
+  use scree_model, only: cache_t, model_t
+  use scree_progress, only: progress_t, tell
+  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_run_output, only: run_output_t
+  use scree_scene, only: effect_t, scene_t
+  use scree_set_up, only: set_up
+  use scree_state, only: state_t, time_of_run
+  use scree_text, only: number_text, rounded_text
+  use scree_watch, only: energy_of, keep_watch, watch_t
+  implicit none
+  private
+  public :: remove_departed
+
+contains
+
+  !> Removes the blocks that lie outside the rectangle of the scene, writes and says which. They keep their places, and take their
+  !> momentum, their kinetic energy and the energy of their stress and contacts with them.
+  !>
+  !> Errors: as of `set_up` and `put_departure`.
+  subroutine remove_departed(scene, blocks, output, progress, model, cache, state, watch, have_left, error)
+    type(scene_t), intent(inout) :: scene        !! of the stage, with what was removed
+    type(blocks_t), intent(in) :: blocks
+    type(run_output_t), intent(inout) :: output
+    type(progress_t), intent(inout) :: progress
+    type(model_t), intent(inout) :: model
+    type(cache_t), intent(inout) :: cache
+    type(state_t), intent(inout) :: state
+    type(watch_t), intent(inout) :: watch
+    logical, intent(out) :: have_left            !! blocks have, and the model is another
+    type(error_t), allocatable, intent(out) :: error
+    type(model_t) :: rest
+    type(state_t) :: on
+    type(effect_t), allocatable :: list(:)
+    integer, allocatable :: before(:), block(:)
+    character(len=:), allocatable :: others
+    real(dp) :: stored, watched                  !! energies before
+    integer :: i
+
+    block = blocks_outside(model, state)
+    have_left = size(block) > 0
+    if (.not. have_left) return
+    do i = 1, size(block)
+      call put_departure(output%file, output%records%departures, model, cache, state, block(i), error)
+      if (allocated(error)) return
+    end do
+    others = ''
+    if (size(block) > 1) others = ' and '//number_text(size(block) - 1)//' others'
+    call tell(progress, 'block '//number_text(block(1))//others//' left the scene at time '//rounded_text(time_of_run(state)))
+    scene%removed(blocks%drawn(block)) = .true.
+    call set_up(scene, blocks, rest, on, list, error)
+    if (allocated(error)) return
+    if (allocated(model%tip) .and. allocated(rest%tip)) &
+      call number_tips(model%tip, reshape([real(dp) ::], [4, 0]), model%extent, rest%tip)
+    call carry_through_removal(model, state, blocks%bolt%pretension, rest, on)
+    rest%settings%threads = model%settings%threads
+    before = [integer ::]
+    if (allocated(state%departed)) before = state%departed
+    on%departed = [before, block]
+    stored = stored_energy(state%books)
+    watched = energy_of(model, cache, state)
+    model = rest
+    state = on
+    allocate (state%factored(0)) ! its matrices are others
+    call rebuild_cache(model, state, cache)
+    state%books%sleeping_springs = 0.0_dp ! all are awake
+    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
+    call close_books(model, cache, state)
+    state%books%staged = state%books%staged + stored_energy(state%books) - stored
+    call keep_watch(watch, model, cache, energy_of(model, cache, state) - watched)
+  end subroutine remove_departed
+
+  !> Blocks that can move and lie outside the rectangle of the scene: the box around each of their elements does.
+  pure function blocks_outside(model, state) result(list)
+    type(model_t), intent(in) :: model
+    type(state_t), intent(in) :: state
+    integer, allocatable :: list(:)
+    logical :: inside(model%n_blocks)
+    real(dp) :: low(2), high(2)
+    integer :: b, e, k
+
+    low = model%settings%scene_rectangle(1:2) - model%origin
+    high = model%settings%scene_rectangle(3:4) - model%origin
+    inside = .true.
+    inside(model%free_block) = .false.
+    do k = 1, size(model%elements%free)
+      e = model%elements%free(k)
+      if (inside(model%elements%block(e))) cycle
+      associate (corners => state%vertex(:, first_vertex_of(model%elements%shape, e):last_vertex_of(model%elements%shape, e)))
+        inside(model%elements%block(e)) = all(maxval(corners, 2) >= low .and. minval(corners, 2) <= high)
+      end associate
+    end do
+    list = pack([(b, b=1, model%n_blocks)], .not. inside)
+  end function blocks_outside
+
+end module scree_departures
