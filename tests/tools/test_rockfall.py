@@ -49,6 +49,24 @@ def test_a_rock_bounces_by_the_restitution_of_the_ground(restitution, material):
     assert height[0] == pytest.approx(2) and height[struck:].max() == pytest.approx(2 * restitution ** 2, abs=0.02)
 
 
+@pytest.mark.parametrize("phi, restitution, sticks", [(5, 0.0, False), (15, 0.0, False), (5, 0.5, False), (15, 0.5, False), (40, 0.5, True)])
+def test_a_round_rock_loses_speed_along_the_ground_by_friction(phi, restitution, sticks):
+    """A corner below the centre strikes at 4 m/s across and 5 m/s along. Of rigid bodies with friction the rock slips, and loses
+    mu (1 + e) v_n, or sticks, and loses v_t/(1 + R^2/k^2): a third for a disc."""
+    across, along, corners = 4.0, 5.0, 16
+    path = one(slope=[[0, 0], [40, 0]], materials={"rock": {"phi": phi, "restitution": restitution}}, time=0.05, step=0.001, gravity=1e-6,
+               start={"line": [[10, 0.1]], "velocity": [along, -across]},
+               rock={"size": 1.0, "corners": corners, "elongation": 1, "angle": 180 / corners})
+    shape = path.rock.corners
+    slip = math.tan(math.radians(phi)) * (1 + restitution) * across
+    stick = along / (1 + shape[:, 1].min() ** 2 / (inertia_of(shape) / (math.pi / 4)))
+    assert (stick < slip) == sticks and stick == pytest.approx(along / 3, rel=0.02)
+    after = path.velocity[np.argmax(path.velocity[:, 1] > -0.1)]
+    turns = 7 * 3.5 * 1e-3  # rad/s at most, times m/s of the corner along the ground and the millisecond of a step: its lever arm grows
+    assert after[1] == pytest.approx(restitution * across, abs=turns)
+    assert along - after[0] == pytest.approx(min(slip, stick), rel=0.005)
+
+
 @pytest.mark.parametrize("phi", [10, 20])
 def test_a_flat_rock_slides_down_a_slope(phi):
     """g (sin a - cos a tan phi) along a slope of 30 degrees, from rest."""
