@@ -21,8 +21,8 @@ module scree_crack_growth
   public :: find_growth, growth_t
 
   !> Of an edge of the mesh: a piece that would end nearer to a vertex of an element ends in it, as smaller elements would have next
-  !> to no stiffness.
-  real(dp), parameter :: to_vertex = 0.1_dp
+  !> to no stiffness. This turns the piece by at most 1.3 degrees, as it passes a triangle of equal sides.
+  real(dp), parameter :: to_vertex = 0.02_dp
   !> Likewise: how far before the tip it is looked which element comes next, and length of a piece that is none.
   real(dp), parameter :: ahead = 1e-6_dp
   real(dp), parameter :: same = 1e-9_dp !! of the extent: places that are nearer to each other are one

@@ -59,6 +59,18 @@ def test_k_is_right_where_the_mesh_has_nodes_for_cracks_that_may_grow(mesh, tmp_
     assert wrong[0] < 0.03 and wrong[1] < 0.015
 
 
+@pytest.mark.parametrize("angle", [0, 36, 47, 53])
+def test_the_first_piece_has_the_angle_of_the_largest_circumferential_stress(angle, tmp_path):
+    """Wherever vertices of the mesh lie: a piece ends in a vertex only where that turns it by at most 1.3 degrees."""
+    r = plate(tmp_path, 30, 0.5, (1, 2), 0.05, ["cracks toughness=1e6"], mesh=f"origin=0.0137 0.0071, angle={angle}", numbers="0 3")
+    place, length = r.history.cracks.place, r.history.cracks.length
+    step = np.argmax(length > 1.01 * length[0], axis=0)  # of the first piece of each tip
+    grown = place[step, [0, 1]] - place[0]
+    along = np.array([-1, 1])[:, None] * [math.cos(math.radians(30)), math.sin(math.radians(30))]
+    turn = np.degrees(np.arctan2(along[:, 0] * grown[:, 1] - along[:, 1] * grown[:, 0], (along * grown).sum(1)))
+    assert step.min() > 0 and turn == pytest.approx([-40.65, -40.65], abs=1.3)
+
+
 def test_covers_of_second_order_are_as_good(tmp_path):
     k = intensity(plate(tmp_path, 30, 0.5, (1, 2), 0.1, ["contact method='none'"], numbers="0 1"), 1e6 * math.sqrt(math.pi * 0.5))
     second = ["contact method='none'"]
