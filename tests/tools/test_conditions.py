@@ -133,3 +133,22 @@ def test_a_legend_is_as_wide_as_its_panel_allows(results, dpi, tmp_path):
 def test_rock_below_joints_has_the_names_of_its_materials(results):
     axis = scree.plot(results, "material", joints="state")
     assert {"granite", "clay"} <= {text.get_text() for text in axis.get_legend().get_texts()} and len(axis.figure.axes) == 1
+
+
+def test_a_report_names_what_acts_and_counts_blocks_that_are_there(tmp_path):
+    """A block without weight that a support pushes, and one that a stage removes."""
+    from scree.pages.modelled import modelled_rows
+    from scree.units import Units
+
+    m = scree.Model("pushed", title="A block that is pushed.")
+    m.material("rock", density=2600, young=1e9, unit_weight=0)
+    m.joint_material("joint", phi=30)
+    m.rock([(0, 0), (1, 0), (1, 1), (0, 1)], material="rock")
+    m.rock([(3, 0), (4, 0), (4, 1), (3, 1)], material="rock")
+    m.support("left", [(0, 0), (0, 1)], velocity=(0.1, 0))
+    m.dynamic(0.01, 0.001)
+    m.stage("later", kind="dynamic")
+    m.dynamic(0.01, 0.001)
+    m.excavate([(2.9, -0.1), (4.1, -0.1), (4.1, 1.1), (2.9, 1.1)])
+    rows = dict(modelled_rows(m.run(tmp_path / "pushed.h5"), Units()))
+    assert rows["what acts"] == "moved supports" and rows["model"].startswith("2 blocks, 1 at the end, 4")

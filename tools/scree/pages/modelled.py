@@ -37,7 +37,7 @@ def title_of(results: Results) -> str:
 def modelled_rows(results: Results, units: Units) -> list[tuple[str, str]]:
     """What is modelled: rock, size, kind of run, stages, what acts."""
     settings, size = settings_of_frame(results, 0), np.ptp(results.vertices(0), axis=0)
-    rows = [("model", f"{results.n_blocks} blocks, {' × '.join(units.quantity(float(side), 'length') for side in size)}, "
+    rows = [("model", f"{blocks_in_words(results)}, {' × '.join(units.quantity(float(side), 'length') for side in size)}, "
                       f"plane {settings.get('method.plane', 'stress')}"),
             ("method", METHODS[settings.get("method.model", "dda")])]
     static = [results.is_static(int(frame)) for frame in range(results.n_frames)] if len(results.history.time) else []
@@ -45,15 +45,26 @@ def modelled_rows(results: Results, units: Units) -> list[tuple[str, str]]:
         rows.append(("run", "static, to equilibrium" if all(static) else "dynamic" if not any(static) else "static and dynamic stages"))
     if names := results.stage_names:
         rows.append(("stages", "; ".join(names)))
-    acting = {"water": "water.table", "pressure or traction on edges": "boundary.lines", "acceleration of the ground": "acceleration.table",
+    acting = {"stress in the ground": "in_situ.k0", "water": "water.table", "pressure or traction on edges": "boundary.lines",
+              "forces on points": "loads.force", "moved supports": "support.moved", "acceleration of the ground": "acceleration.table",
               "record of the ground": "acceleration.file", "absorbing edges": "absorbing.lines",
               "free fields at the sides": "absorbing.sides", "absorbing base": "absorbing.base"}
     last = settings | settings_of_frame(results, -1)
-    found = [what for what, name in acting.items() if last.get(name, "none") != "none"]
+    found = ["weight"] if "gravity" in results.history.energy else []
+    found += [what for what, name in acting.items() if last.get(name, "none") != "none"]
     if "bolts" in results:
         found.append(f"{results.bolts.force.shape[1]} bolts")
-    rows.append(("what acts", ", ".join(["weight", *found])))
+    rows.append(("what acts", ", ".join(found) or "nothing"))
     return rows
+
+
+def blocks_in_words(results: Results) -> str:
+    """How many blocks there are at the start, and at the end where that is another number."""
+    counts = [results.n_blocks] * 2
+    if "present" in results.bodies:
+        counts = [int(results.bodies.present[frame].sum()) for frame in (0, -1)]
+    first = f"{counts[0]} block{'s' * (counts[0] != 1)}"
+    return first if counts[0] == counts[1] else f"{first}, {counts[1]} at the end"
 
 
 def input_rows(results: Results, units: Units) -> list[tuple[str, str]]:
