@@ -168,6 +168,7 @@ contains
       text = words(summary%given)//' supplied; friction took '//words(summary%friction)//', damping '//words(summary%damping)
       if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
       if (summary%softens) text = text//', fracture '//words(summary%fracture)
+      if (summary%staged < 0) text = text//', removed blocks '//words(-summary%staged)
       text = text//'; '//words(abs(lost))//' ('//words(100*abs(share_lost(summary)))//' %) was '
       if (lost < 0) then
         text = text//'gained, an error of the steps'
@@ -458,7 +459,7 @@ contains
     call put(json, 'given', summary%given)
     call put(json, 'work', summary%work)
     call put(json, 'fallen', summary%fallen)
-    if (allocated(summary%stage)) call put(json, 'stages', summary%staged)
+    if (allocated(summary%stage) .or. abs(summary%staged) > 0) call put(json, 'stages', summary%staged)
     call put(json, 'dissipated', summary%dissipated)
     call put(json, 'friction', summary%friction)
     call put(json, 'damping', summary%damping)

@@ -1,4 +1,6 @@
 """Blocks that leave the scene: they are removed when they do, with their momentum and energy, and the others go on as if alone."""
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -149,3 +151,13 @@ def test_a_model_has_it(tmp_path):
     with pytest.raises(RunFailed):
         model["scene.rectangle"] = [4, 0, 1, 3]
         model.run(output=tmp_path / "n.h5")
+
+
+def test_the_summary_says_what_left_with_blocks(tmp_path):
+    """What is supplied is what friction, damping and blocks that leave take, and the rest."""
+    deck = scene(tmp_path, "&scene rectangle=-1 -5 4 9 /", weight=25000.0, steps=180)
+    done = call("run", deck, "-o", tmp_path / "x.h5")
+    line = re.search(r"energy: (.*)", done.stdout)[1]
+    given, friction, damping, removed, lost = (float(number) for number in re.search(
+        r"(\S+) supplied; friction took (\S+), damping (\S+), removed blocks (\S+); (\S+) \(.* lost", line).groups())
+    assert removed > 0.1 * given and given == pytest.approx(friction + damping + removed + lost, rel=2e-3)
