@@ -159,5 +159,5 @@ def test_the_summary_says_what_left_with_blocks(tmp_path):
     done = call("run", deck, "-o", tmp_path / "x.h5")
     line = re.search(r"energy: (.*)", done.stdout)[1]
     given, friction, damping, removed, lost = (float(number) for number in re.search(
-        r"(\S+) supplied; friction took (\S+), damping (\S+), removed blocks (\S+); (\S+) \(.* lost", line).groups())
+        r"(\S+) supplied; friction took (\S+), damping (\S+), blocks that left (\S+); (\S+) \(.* lost", line).groups())
     assert removed > 0.1 * given and given == pytest.approx(friction + damping + removed + lost, rel=2e-3)
