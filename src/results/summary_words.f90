@@ -169,7 +169,8 @@ contains
       if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
       if (summary%softens) text = text//', fracture '//words(summary%fracture)
       if (summary%staged < 0) &
-        text = text//trim(merge(', changes of stages', ', blocks that left', allocated(summary%stage)))//' '//words(-summary%staged)
+        text = text//trim(merge(', changes of stages', ', blocks that left ', allocated(summary%stage)))//' '// &
+               words(-summary%staged)
       text = text//'; '//words(abs(lost))//' ('//words(100*abs(share_lost(summary)))//' %) was '
       if (lost < 0) then
         text = text//'gained, an error of the steps'
