@@ -128,18 +128,17 @@ contains
     integer, intent(in) :: b
     real(dp), intent(in) :: x                 !! length
     real(dp), allocatable, intent(out) :: height(:)
-    integer :: k
+    integer, allocatable :: next(:)           ! vertex after each of the block, from its first
+    integer :: first, k
 
     allocate (height(0))
-    associate (first => first_vertex_of(blocks%shape, b), last => last_vertex_of(blocks%shape, b))
-      associate (next => vertices_after(loops_of(blocks%shape, b)) + first - 1)
-        do k = first, last
-          associate (p => blocks%vertex(:, k), q => blocks%vertex(:, next(k - first + 1)))
-            if (p(1) <= x .neqv. q(1) <= x) height = [height, p(2) + (x - p(1))/(q(1) - p(1))*(q(2) - p(2))]
-          end associate
-        end do
+    first = first_vertex_of(blocks%shape, b)
+    next = vertices_after(loops_of(blocks%shape, b)) + first - 1
+    do k = 1, size(next)
+      associate (p => blocks%vertex(:, first + k - 1), q => blocks%vertex(:, next(k)))
+        if (p(1) <= x .neqv. q(1) <= x) height = [height, p(2) + (x - p(1))/(q(1) - p(1))*(q(2) - p(2))]
       end associate
-    end associate
+    end do
   end subroutine heights_of
 
 end module scree_in_situ
