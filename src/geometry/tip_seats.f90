@@ -8,6 +8,7 @@ module scree_tip_seats
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
   use scree_polygon, only: twice_area
+  use scree_regions, only: first_vertex_of, loops_of, vertices_after
   use scree_scene, only: scene_t
   implicit none
   private
@@ -87,13 +88,15 @@ contains
   pure function faces_of(blocks) result(faces)
     type(blocks_t), intent(in) :: blocks
     real(dp), allocatable :: faces(:, :, :)
-    integer :: b, i, next
+    integer, allocatable :: next(:)          ! vertex after each of a block, from its first
+    integer :: b, before, i
 
     allocate (faces(2, 2, size(blocks%vertex, 2) + size(blocks%crack, 3)))
-    do b = 1, size(blocks%shape%first_vertex) - 1
-      do i = blocks%shape%first_vertex(b), blocks%shape%first_vertex(b + 1) - 1
-        next = merge(blocks%shape%first_vertex(b), i + 1, i + 1 == blocks%shape%first_vertex(b + 1))
-        faces(:, :, i) = blocks%vertex(:, [i, next])
+    do b = 1, size(blocks%material)
+      before = first_vertex_of(blocks%shape, b) - 1
+      next = vertices_after(loops_of(blocks%shape, b))
+      do i = 1, size(next)
+        faces(:, :, before + i) = blocks%vertex(:, before + [i, next(i)])
       end do
     end do
     faces(:, :, size(blocks%vertex, 2) + 1:) = blocks%crack

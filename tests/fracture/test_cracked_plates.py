@@ -98,3 +98,20 @@ def test_results_have_place_and_length(tmp_path):
     place, length = r.history.cracks.place[-1], r.history.cracks.length[-1]
     assert length == pytest.approx([abs(place[1, 0] - place[0, 0])] * 2, abs=1e-4)
     assert 0.8 < length[0] <= 1
+
+
+def test_a_crack_before_any_side_of_an_outline_or_a_hole_stays_as_drawn(tmp_path):
+    """A plate of 4 by 4 with a square hole of 1 in its middle. A crack of 0.7 that ends 0.05 before a side goes on at its other end alone."""
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
+    sides = [(*a, *b) for half in (2.0, 0.5) for a, b in zip(half * square, half * square[1:])]
+    for way in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+        for begin, end in ((1.25, 1.95), (1.25, 0.55)):
+            (a, b), (c, d) = np.array(way) * begin + 0.137 * np.array(way)[::-1], np.array(way) * end + 0.137 * np.array(way)[::-1]
+            (tmp_path / "d.geo").write_text("1e-6\n9 8\n0\n0\n0\n0\n0\n1\n" + "".join(
+                " ".join(map(str, line)) + " 1\n" for line in [*sides, (a, b, c, d)]) + "0 0\n")
+            (tmp_path / "d.ana").write_text(
+                f"0 1 1 1 0.05 1\n2600 0 {YOUNG} {NU} 0 0 0 0 0 0 0 0 0\n30 0 0\n&method model='nmm', plane='strain' /\n"
+                "&cover edge=0.1, origin=0.0137 0.0071 /\n&support both=-2 -2 2 -2 /\n&cracks toughness=0 /\n&output cracks='tips' /\n")
+            r = scree.run(tmp_path / "d.ana")
+            free, near = r.history.cracks.place[0] @ way
+            assert free == pytest.approx(begin + 0.03 * np.sign(begin - end), abs=1e-9) and (near - end) * np.sign(end - begin) <= 0, (way, end)
