@@ -1,19 +1,16 @@
 !> Blocks that leave the scene in the middle of a run: they are removed, and the state goes on without them.
 module scree_departures
   use scree_block_input, only: blocks_t
-  use scree_cache, only: rebuild_cache
   use scree_carry_over, only: carry_through_removal
-  use scree_crack_tips, only: number_tips
+  use scree_change_of_model, only: go_on_with, set_up_anew
   use scree_departure_records, only: put_departure
-  use scree_energy, only: close_books, stored_energy
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, tell
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_run_output, only: run_output_t
-  use scree_scene, only: effect_t, scene_t
-  use scree_set_up, only: set_up
+  use scree_scene, only: scene_t
   use scree_state, only: state_t, time_of_run
   use scree_text, only: number_text, rounded_text
   use scree_watch, only: energy_of, keep_watch, watch_t
@@ -40,10 +37,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(model_t) :: rest
     type(state_t) :: on
-    type(effect_t), allocatable :: list(:)
     integer, allocatable :: before(:), block(:)
     character(len=:), allocatable :: others
-    real(dp) :: stored, watched                  !! energies before
+    real(dp) :: watched                          !! energy before
     integer :: i
 
     block = blocks_outside(model, state)
@@ -57,25 +53,14 @@ contains
     if (size(block) > 1) others = ' and '//number_text(size(block) - 1)//' others'
     call tell(progress, 'block '//number_text(block(1))//others//' left the scene at time '//rounded_text(time_of_run(state)))
     scene%removed(blocks%drawn(block)) = .true.
-    call set_up(scene, blocks, rest, on, list, error)
+    call set_up_anew(scene, blocks, model%tip, reshape([real(dp) ::], [4, 0]), rest, on, error)
     if (allocated(error)) return
-    if (allocated(model%tip) .and. allocated(rest%tip)) &
-      call number_tips(model%tip, reshape([real(dp) ::], [4, 0]), model%extent, rest%tip)
     call carry_through_removal(model, state, blocks%bolt%pretension, rest, on)
-    rest%settings%threads = model%settings%threads
     before = [integer ::]
     if (allocated(state%departed)) before = state%departed
     on%departed = [before, block]
-    stored = stored_energy(state%books)
     watched = energy_of(model, cache, state)
-    model = rest
-    state = on
-    allocate (state%factored(0)) ! its matrices are others
-    call rebuild_cache(model, state, cache)
-    state%books%sleeping_springs = 0.0_dp ! all are awake
-    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
-    call close_books(model, cache, state)
-    state%books%staged = state%books%staged + stored_energy(state%books) - stored
+    call go_on_with(rest, on, model, cache, state)
     call keep_watch(watch, model, cache, energy_of(model, cache, state) - watched)
   end subroutine remove_departed
 

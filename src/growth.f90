@@ -1,21 +1,18 @@
 !> Growth of cracks in the middle of a run: the model is cut further, and the state goes on in it.
 module scree_growth
   use scree_block_input, only: blocks_t
-  use scree_cache, only: rebuild_cache
   use scree_carry_over, only: carry_through_cut
+  use scree_change_of_model, only: go_on_with, set_up_anew
   use scree_crack_cutting, only: cut_blocks
   use scree_crack_growth, only: find_growth, growth_t
   use scree_crack_tip, only: crack_tip_t
-  use scree_crack_tips, only: number_tips
-  use scree_energy, only: close_books, stored_energy
   use scree_equilibrium, only: begin_settling
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_kinds, only: dp
   use scree_lineage, only: lineage_of, lineage_t
   use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, tell
-  use scree_scene, only: effect_t, scene_t
-  use scree_set_up, only: set_up
+  use scree_scene, only: scene_t
   use scree_state, only: cracks_t, state_t, time_of_run
   use scree_text, only: number_text, place_text, rounded_text
   use scree_watch, only: watch_t
@@ -141,20 +138,14 @@ contains
   subroutine set_up_cut(scene, cracks, before, blocks, model, state, error)
     type(scene_t), intent(in) :: scene           !! of the stage
     type(cracks_t), intent(in) :: cracks         !! pieces by which cracks have grown further
-    type(crack_tip_t), intent(in) :: before(:)   !! tips until then
+    type(crack_tip_t), allocatable, intent(in) :: before(:) !! tips until then
     type(blocks_t), intent(inout) :: blocks
     type(model_t), intent(out) :: model
     type(state_t), intent(out) :: state
     type(error_t), allocatable, intent(out) :: error
-    type(effect_t), allocatable :: list(:)
-    real(dp) :: piece(4, size(cracks%joint))
 
     call cut_by_cracks(cracks, blocks, error)
-    if (allocated(error)) return
-    call set_up(scene, blocks, model, state, list, error)
-    if (allocated(error)) return
-    piece = cracks%piece - spread([model%origin - blocks%origin, model%origin - blocks%origin], 2, size(cracks%joint))
-    call number_tips(before, piece, model%extent, model%tip)
+    if (.not. allocated(error)) call set_up_anew(scene, blocks, before, cracks%piece, model, state, error)
   end subroutine set_up_cut
 
   !> Cuts the blocks of a model further, makes the model of them, and has the state go on in it.
@@ -171,23 +162,14 @@ contains
     type(model_t) :: cut
     type(state_t) :: on
     type(lineage_t) :: lineage
-    real(dp) :: before                           !! energy
 
     call set_up_cut(scene, cracks, model%tip, blocks, cut, on, error)
     if (allocated(error)) return
     lineage = lineage_of(model, cut)
     call carry_through_cut(model, state, lineage, cut, on)
-    cut%settings%threads = model%settings%threads
     watch%soft = watch%soft(lineage%element)
-    before = stored_energy(state%books)
     parent = lineage%element
-    model = cut
-    state = on
-    allocate (state%factored(0)) ! its matrices are others
-    call rebuild_cache(model, state, cache)
-    if (allocated(state%contacts%contact)) state%books%contact_springs = sum(state%contacts%contact%energy)
-    call close_books(model, cache, state)
-    state%books%staged = state%books%staged + stored_energy(state%books) - before
+    call go_on_with(cut, on, model, cache, state)
     if (.not. model%settings%balance > 0) return
     call begin_settling(model, state)
     state%pace%size = model%settings%step_size

@@ -2,14 +2,13 @@
 module scree_next_stage
   use scree_block_input, only: blocks_t
   use scree_carry_over, only: carry_over
-  use scree_crack_tips, only: number_tips
+  use scree_change_of_model, only: set_up_anew
   use scree_effects, only: refresh_elements
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_reactions, only: find_reactions
-  use scree_scene, only: effect_t, scene_t
-  use scree_set_up, only: set_up
+  use scree_scene, only: scene_t
   use scree_state, only: state_t
   use scree_text, only: pair_text
   implicit none
@@ -31,14 +30,11 @@ contains
     type(state_t), intent(out) :: state
     character(len=:), allocatable, intent(out) :: said !! what absorbing edges bear, in words; '' for nothing
     type(error_t), allocatable, intent(out) :: error
-    type(effect_t), allocatable :: list(:)
     real(dp), allocatable :: reaction(:, :)
 
     said = ''
-    call set_up(scene, blocks, model, state, list, error)
+    call set_up_anew(scene, blocks, model_before%tip, reshape([real(dp) ::], [4, 0]), model, state, error)
     if (allocated(error)) return
-    if (allocated(model_before%tip) .and. allocated(model%tip)) &
-      call number_tips(model_before%tip, reshape([real(dp) ::], [4, 0]), model%extent, model%tip)
     allocate (reaction(2, size(model_before%points%kind)), source=0.0_dp)
     if (allocated(model%effects%absorbing_edge)) then
       call refresh_elements(model_before, before, cache)
