@@ -14,6 +14,7 @@ module scree_klu
     type(c_ptr) :: common = c_null_ptr
     type(c_ptr) :: symbolic = c_null_ptr
     type(c_ptr) :: numeric = c_null_ptr
+    real(dp) :: least_pivot = 0.0_dp !! over the largest, of the matrix that chose the pivots
   contains
     procedure :: solve => solve_by_klu
   end type klu_t
@@ -23,8 +24,9 @@ module scree_klu
     real(c_double) :: symmetry, operations, entries_of_l, entries_of_u
   end type c_symbolic_head_t
 
-  !> Growth of the entries, as its reciprocal, below which pivots of another matrix are taken no longer.
-  real(dp), parameter :: least_growth = 1e-6_dp
+  !> Smallest pivot over the largest, over the same of the matrix that chose the pivots, below which another matrix chooses its own.
+  !> Entries of the factors grow by the reciprocal of a small pivot, so that 10 of 16 digits stay.
+  real(dp), parameter :: least_of_first = 1e-6_dp
 
   interface
     !> suitesparse.c: a workspace that does not look for a triangular form.
@@ -59,13 +61,11 @@ module scree_klu
       type(c_ptr), value :: symbolic, numeric, common
     end function klu_refactor
 
-    !> suitesparse.c: by how much the entries of the factors are larger than those of the matrix, as its reciprocal; 0: not known.
-    real(c_double) function scree_klu_growth(Ap, Ai, Ax, symbolic, numeric, common) bind(c)
-      import :: c_double, c_int, c_ptr
-      integer(c_int), intent(in) :: Ap(*), Ai(*)
-      real(c_double), intent(in) :: Ax(*)
+    !> suitesparse.c: the smallest pivot over the largest; 0: not known.
+    real(c_double) function scree_klu_least_pivot(symbolic, numeric, common) bind(c)
+      import :: c_double, c_ptr
       type(c_ptr), value :: symbolic, numeric, common
-    end function scree_klu_growth
+    end function scree_klu_least_pivot
 
     integer(c_int) function klu_solve(symbolic, numeric, ldim, nrhs, b, common) bind(c)
       import :: c_double, c_int, c_ptr
@@ -109,7 +109,7 @@ contains
     operations = head%operations/head%entries_of_l
   end subroutine analyse_by_klu
 
-  !> Factorises a matrix of the pattern that was analysed: by the pivots of the one before, as long as entries grow little by that.
+  !> Factorises a matrix of the pattern that was analysed: with the pivots of an earlier one, as long as none of them becomes small.
   !>
   !> Errors: a singular matrix, no memory.
   subroutine factorise_by_klu(self, first, row, value, error)
@@ -120,13 +120,16 @@ contains
 
     if (c_associated(self%numeric)) then
       if (klu_refactor(first, row, value, self%symbolic, self%numeric, self%common) /= 0) then
-        if (scree_klu_growth(first, row, value, self%symbolic, self%numeric, self%common) > least_growth) return
+        if (scree_klu_least_pivot(self%symbolic, self%numeric, self%common) > least_of_first*self%least_pivot) return
       end if
       call forget_klu_pivots(self)
     end if
     self%numeric = klu_factor(first, row, value, self%symbolic, self%common)
-    if (.not. c_associated(self%numeric)) &
+    if (.not. c_associated(self%numeric)) then
       call fail(error, status_run_failed, 'the matrix of the blocks is singular or too large for KLU')
+      return
+    end if
+    self%least_pivot = scree_klu_least_pivot(self%symbolic, self%numeric, self%common)
   end subroutine factorise_by_klu
 
   !> Solves A x = b with the factors of the last matrix. Errors: the library refuses.

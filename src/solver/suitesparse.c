@@ -45,8 +45,8 @@ void scree_klu_close(klu_common *common)
   free(common);
 }
 
-/* How much larger the entries of the matrix are than those of its factors (reciprocal pivot growth); 0 where KLU cannot tell. */
-double scree_klu_growth(int *first, int *row, double *value, klu_symbolic *symbolic, klu_numeric *numeric, klu_common *common)
+/* The smallest pivot over the largest; 0 where KLU cannot tell. */
+double scree_klu_least_pivot(klu_symbolic *symbolic, klu_numeric *numeric, klu_common *common)
 {
-  return klu_rgrowth(first, row, value, symbolic, numeric, common) ? common->rgrowth : 0.0;
+  return klu_rcond(symbolic, numeric, common) ? common->rcond : 0.0;
 }

@@ -39,6 +39,7 @@ module scree_iteration
     real(dp), allocatable :: reference(:, :)  !! (n, n_members) displacement from which changes are measured
     real(dp) :: first_change = 0.0_dp         !! of theta by the first correction, if the group may end early; else 0
     integer :: worst = 0                      !! element that the last correction changed most
+    logical :: corrected = .false.            !! the step has had a correction
     logical :: likely_to_change = .false.     !! many contacts changed, or are likely to: the iteration is far from the solution
     logical :: judged = .true.                !! contacts have been judged at the present displacement
     logical :: keeps_states = .false.         !! contacts are not judged after the first correction, because bodies turn

@@ -207,7 +207,8 @@ contains
 
     first = try%iteration%number == 1
     try%iteration%worst = try%group%member(1)
-    if (first) try%iteration%likely_to_change = begins_far(cache, try%group)
+    if (.not. try%iteration%corrected) try%iteration%likely_to_change = begins_far(cache, try%group)
+    try%iteration%corrected = .true.
     call begin_phase(cache%timers, phase_solve)
     call correct(model, cache, try, residual)
     if (allocated(try%outcome%trouble%what)) return
@@ -369,6 +370,7 @@ contains
     associate (iteration => try%iteration)
       call begin_round(iteration)
       iteration%rounds = 0
+      iteration%fewest_tried = huge(1)
       iteration%by_secant = 0
       iteration%repeats = 0
       iteration%in_doubt = .false.

@@ -87,21 +87,21 @@ contains
     type(state_t), intent(in) :: state
     integer, intent(in) :: before(:, :)           !! (2, n_contacts) states of their entrances before the judgement
     type(try_t), intent(inout) :: try
-    logical :: apart, prompt, stalls
+    logical :: apart, by_newton, done, prompt, stalls
 
     associate (group => try%group, iteration => try%iteration)
       prompt = may_follow(try) ! whatever has changed
       call note_changes(before, try%contacts, iteration%flickering, apart)
       call count_stalled(model, try)
       stalls = iteration%stalled > group%open_close%most_stalled
-      apart = (apart .or. stalls) .and. may_part(iteration%flickering, size(group%member)) &
-              .and. group%open_close%settles_always .and. (group%linear .or. .not. iteration%after_problem)
+      by_newton = group%open_close%settles_always .and. (group%linear .or. .not. iteration%after_problem)
+      apart = by_newton .and. (apart .or. stalls) .and. may_part(iteration%flickering, size(group%member))
       if (apart) call settle_part(model, cache, state, try, apart)
       if (apart) return
-      if ((stalls .or. iteration%stalled == 1) .and. iteration%fewest_changes < min(iteration%fewest_tried, few_changes) &
-          .and. .not. iteration%after_problem) then
-        call settle_near(model, cache, state, try)
-        if (iteration%after_problem) return
+      if (by_newton .and. (stalls .or. iteration%stalled == 1) &
+          .and. iteration%fewest_changes < min(iteration%fewest_tried, few_changes)) then
+        call settle_near(model, cache, state, try, done)
+        if (done) return
       end if
     end associate
     if (.not. (stalls .or. prompt)) return
@@ -126,16 +126,18 @@ contains
 
   !> Settles contacts as a friction problem from where a judgement changed fewest of them: along the path alone, which is short
   !> where that was near the solution. Where it does not get there all stays as it was.
-  subroutine settle_near(model, cache, state, try)
+  subroutine settle_near(model, cache, state, try, done)
     type(model_t), intent(in) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(in) :: state
     type(try_t), intent(inout) :: try             !! near the solution where that was found
+    logical, intent(out) :: done                  !! it was found
     type(answer_t) :: answer
     type(contact_try_t) :: contacts_before
+    integer :: rounds
     real(dp), allocatable :: d_before(:)
 
-    if (.not. try%group%open_close%settles_always) return
+    rounds = try%iteration%rounds
     try%iteration%fewest_tried = try%iteration%fewest_changes
     call begin_phase(cache%timers, phase_judge)
     d_before = try%d
@@ -144,7 +146,8 @@ contains
     call judge_at(model, cache, state, try)
     call solve_as_problem(model, cache, state, attempt_t(effort_path), try, answer)
     if (answer%found) call settle_rounds(model, cache, state, try, answer)
-    if (try%iteration%after_problem) return
+    done = try%iteration%rounds > rounds
+    if (done) return
     if (allocated(try%outcome%trouble%what)) deallocate (try%outcome%trouble%what)
     try%d = d_before
     try%contacts = contacts_before
