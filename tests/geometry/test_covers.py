@@ -10,8 +10,8 @@ import pytest
 import scree
 from joint_maps import FAR, WIDTH, geometry_deck, make_map
 
-N_MAPS = int(os.environ.get("SCREE_MAPS", 240))
-N_PATCHES = N_MAPS if "SCREE_MAPS" in os.environ else 80
+N_MAPS = int(os.environ.get("SCREE_MAPS", 90))
+N_PATCHES = N_MAPS if "SCREE_MAPS" in os.environ else 30
 YOUNG, POISSON, DENSITY, STRESS, STEP = 1e9, 0.25, 1.0, 1e4, 30
 SHARE = 1e-12  # of the area of a block
 # Of the initial stress, and of the strain over the window. Two things are left. Places are rounded to 1e-15 and move by

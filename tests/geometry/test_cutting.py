@@ -12,7 +12,7 @@ from joint_maps import FAR, closed, geometry_deck, make_map
 from shapely.geometry import LineString, Polygon
 from shapely.ops import polygonize, unary_union
 
-N_MAPS = int(os.environ.get("SCREE_MAPS", "300"))
+N_MAPS = int(os.environ.get("SCREE_MAPS", "100"))
 SHARE = 1e-12     # of the whole area: some hundred roundings of coordinates, times the length of all lines over the width
 E0 = 0.003
 CLOSED = 1.25 * 64 * 2.0**-52  # of the extent: gaps that cutting closes, as rounding of a crossing may leave them

@@ -1,5 +1,6 @@
 """Joints never bend the sides of the rock: its outline and area stay, whatever joints come near."""
 import math
+import os
 import pathlib
 import sys
 
@@ -11,7 +12,7 @@ from shapely.ops import polygonize
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from random_rock import make_rock  # noqa: E402
 
-N_ROCKS = 400
+N_ROCKS = int(os.environ.get("SCREE_MAPS", "96"))
 SHARE = 1e-9  # of an area or a length; coordinates of `scree joints` are rounded to less
 
 

@@ -46,16 +46,6 @@ def test_a_long_run_is_told_by_its_beginning(tmp_path):
         assert 0 < least <= seconds <= most
 
 
-def test_a_run_in_longer_steps_tells_what_comes_after_a_dear_beginning(tmp_path):
-    """A wall gets its weight at once, and takes most of its solves in its first steps, where the probe ends: the pace there tells more
-    than is told, as what a whole run in longer steps took after its beginning is less. A busy machine may not come to the end of
-    that run. How well the time is told is for doc/accuracy.md."""
-    decks = scenes.wall(40, end=1.0).write(tmp_path, 2e-3)
-    (steps, seconds, least, most, _), by = told(tmp_path, *decks)["as it is"]
-    assert steps == 500 and re.fullmatch(r"\d+ steps, \S+ % of the run( and a whole one in longer steps)?", by)
-    assert 0 < least <= seconds <= most
-
-
 @pytest.mark.parametrize("words, said", [
     ([ARC, "--accuracy", "x"], "step.accuracy"),
     ([ARC, "--accuracy"], "expected a word after --accuracy"),

@@ -147,7 +147,7 @@ def test_what_stands_takes_the_steps_asked_for_and_few_solutions(method, tmp_pat
         assert history.solves.sum() < 2 * scene.steps(0.005)
 
 
-@pytest.mark.parametrize("joint", ["40 1e4 0", "40 1e5 3e4", "20 3e4 1e4"])
+@pytest.mark.parametrize("joint", ["40 1e4 0", "20 3e4 1e4"])
 def test_a_slope_of_bonded_joints_takes_the_steps_asked_for(joint, tmp_path):
     """697 blocks whose joints have cohesion, and strength: bonds break where a step has settled. Where judgements broke them, and mended
     what had closed again, friction problems had no solution, and seven to seventeen steps of a hundred were cut."""

@@ -55,7 +55,7 @@ def test_the_factor_of_a_block_that_may_crack_grows_with_its_strength(values, tm
     """A block hangs from a ligament between two cracks. The tension before them does not depend on the strength, so the factor is
     proportional to it."""
     static = {"deck.k01": 0, "step.count": 200, "step.size": 0.1, "cover.edge": 0.05}
-    factors = [scree.fs(SOURCE / "input" / "examples" / "breaking" / "breaking.ana", within=0.05, folder=tmp_path / str(k),
+    factors = [scree.fs(SOURCE / "input" / "examples" / "breaking" / "breaking.ana", within=0.2, folder=tmp_path / str(k),
                         set=static | {f"cracks.{name}": pair[k] for name, pair in values.items()}) for k in (0, 1)]
     assert factors[0].stands < factors[1].falls / 1.5 and factors[1].stands / 1.5 < factors[0].falls
 
