@@ -2,7 +2,7 @@
 module scree_command_line
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_scene, only: run_options_t
-  use scree_text, only: in_lower_case, text_t
+  use scree_text, only: append, in_lower_case, text_t
   implicit none
   private
   public :: command_t, help, read_command_line, usage
@@ -192,9 +192,9 @@ contains
     end if
     select case (word)
     case ('--set')
-      command%settings = [command%settings, text_t(given)]
+      call append(command%settings, given)
     case ('--accuracy')
-      command%accuracy = [command%accuracy, text_t(given)]
+      call append(command%accuracy, given)
     case ('--summary')
       command%options%with_json = given == 'json'
       if (.not. command%options%with_json) &

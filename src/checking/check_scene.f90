@@ -15,7 +15,7 @@ module scree_check_scene
   use scree_set_up, only: set_up
   use scree_stages, only: lines_of_stages
   use scree_state, only: state_t
-  use scree_text, only: number_text, place_text, short_text, text_t
+  use scree_text, only: append, number_text, place_text, short_text, text_t
   implicit none
   private
   public :: check_scene, warn_of_model
@@ -171,7 +171,7 @@ contains
     subroutine add(label, fact)
       character(len=*), intent(in) :: label, fact
 
-      line = [line, text_t(label//repeat(' ', max(1, label_width - len(label)))//with_units(scene%settings, fact))]
+      call append(line, label//repeat(' ', max(1, label_width - len(label)))//with_units(scene%settings, fact))
     end subroutine add
 
   end function lines_of

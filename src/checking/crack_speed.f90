@@ -3,7 +3,7 @@ module scree_crack_speed
   use scree_kinds, only: dp
   use scree_model, only: model_t
   use scree_scene, only: scene_t
-  use scree_text, only: short_text, text_t
+  use scree_text, only: append, short_text, text_t
   implicit none
   private
   public :: crack_step_warning, rayleigh_speed
@@ -30,9 +30,9 @@ contains
       end associate
     end do
     if (.not. scene%settings%step_size > longest) return
-    warning = [text_t('the step '//short_text(scene%settings%step_size)//' lets cracks run at '// &
-                      short_text(longest/scene%settings%step_size)//' of the speed of Rayleigh waves, as each grows by one '// &
-                      'triangle in a step; a step below '//short_text(longest)//' lets them run as fast as they can')]
+    call append(warning, 'the step '//short_text(scene%settings%step_size)//' lets cracks run at '// &
+                short_text(longest/scene%settings%step_size)//' of the speed of Rayleigh waves, as each grows by one '// &
+                'triangle in a step; a step below '//short_text(longest)//' lets them run as fast as they can')
   end function crack_step_warning
 
   !> Speed of Rayleigh waves, length/time: the root x = (c/c_s)^2 below 1 of (2 - x)^2 = 4 [(1 - x)(1 - x c_s^2/c_p^2)]^(1/2)

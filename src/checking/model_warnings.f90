@@ -8,7 +8,7 @@ module scree_model_warnings
   use scree_scene, only: contact_none, model_dda, scene_t, scheme_bathe, scheme_central_difference, scheme_generalized_alpha, &
                          scheme_newmark, strain_small
   use scree_scene_warnings, only: warnings_of_scene
-  use scree_text, only: number_text, place_text, short_text, text_t
+  use scree_text, only: append, number_text, place_text, short_text, text_t
   implicit none
   private
   public :: warnings_of
@@ -133,7 +133,7 @@ contains
     pure subroutine add(line)
       character(len=*), intent(in) :: line
 
-      warning = [warning, text_t(line)]
+      call append(warning, line)
     end subroutine add
 
     !> Adds a doubt where there is one.

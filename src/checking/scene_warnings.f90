@@ -3,7 +3,7 @@ module scree_scene_warnings
   use scree_kinds, only: dp
   use scree_likely_units, only: doubt_of_strength, doubt_of_water, least_strength_of_walls
   use scree_scene, only: scene_t, stage_t, time_table_t
-  use scree_text, only: number_text, pair_text, rounded_text, short_text, text_t
+  use scree_text, only: append, number_text, pair_text, rounded_text, short_text, text_t
   implicit none
   private
   public :: warnings_of_scene
@@ -41,7 +41,7 @@ contains
     pure subroutine add(where, line)
       character(len=*), intent(in) :: where, line
 
-      if (len(line) > 0) warning = [warning, text_t(where//line)]
+      if (len(line) > 0) call append(warning, where//line)
     end subroutine add
 
     !> Adds what is strange about the strength of a joint material.

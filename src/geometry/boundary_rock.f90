@@ -3,7 +3,7 @@ module scree_boundary_rock
   use scree_kinds, only: dp
   use scree_line_cutting, only: graph_t
   use scree_sets, only: root_of, unite
-  use scree_text, only: number_text, place_text, short_text, text_t
+  use scree_text, only: append, number_text, place_text, short_text, text_t
   implicit none
   private
   public :: boundary_t, boundary_warning, is_air, lone_ends, outside_text
@@ -70,16 +70,16 @@ contains
 
     allocate (warning(0))
     if (boundary%n_outside > 0) then
-      warning = [text_t('the boundary lines enclose the rock: '//outside_text(boundary)// &
-                        '; a deck with 0 boundary lines (nb) keeps such blocks')]
+      call append(warning, 'the boundary lines enclose the rock: '//outside_text(boundary)// &
+                  '; a deck with 0 boundary lines (nb) keeps such blocks')
     else if (.not. boundary%encloses) then
       places = ''
       do i = 1, min(size(boundary%lone_end, 2), most_places)
         places = places//' '//place_text(boundary%lone_end(:, i), boundary%scale)
       end do
       if (len(places) > 0) places = ' and meet no other line at'//places
-      warning = [text_t('expected boundary lines that enclose rock, found lines that enclose none'//places// &
-                        ': blocks are what all lines enclose')]
+      call append(warning, 'expected boundary lines that enclose rock, found lines that enclose none'//places// &
+                  ': blocks are what all lines enclose')
     end if
   end function boundary_warning
 

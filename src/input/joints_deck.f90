@@ -444,8 +444,9 @@ contains
             side = 'beyond its right side, x = '//real_text(high(1))//', where the slope is cut off'
           end if
           if (len(side) == 0) cycle
-          doubt = [doubt, text_t(place_of_line(deck, outline(i)%deck_line)//': expected points of &slope in the window, found ('// &
-                                 real_text(point(1))//', '//real_text(point(2))//') '//side)]
+          side = place_of_line(deck, outline(i)%deck_line)//': expected points of &slope in the window, found ('// &
+                 real_text(point(1))//', '//real_text(point(2))//') '//side
+          doubt = [doubt, text_t(side)]
         end associate
         exit
       end do

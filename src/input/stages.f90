@@ -12,7 +12,7 @@ module scree_stages
   use scree_setting_rules, only: drop_idle, drop_overridden
   use scree_setting_table, only: deck_part_t, given_at, index_of, is_given_by, kind_choice, setting_t, taken_away
   use scree_settings, only: settings_table
-  use scree_text, only: number_text, real_text, text_t
+  use scree_text, only: append, number_text, real_text, text_t
   implicit none
   private
   public :: add_bolts_of_stage, begin_stage, check_names, end_of_stage_prefix, find_removed, lines_of_stages, named_lines, &
@@ -356,7 +356,7 @@ contains
         if (k == 1) text = text//changes(scene%words, stage%words)
         if (k > 1) text = text//changes(scene%later(max(1, k - 1))%words, stage%words)
       end associate
-      line = [line, text_t(text)]
+      call append(line, text)
     end do
 
   contains

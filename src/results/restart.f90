@@ -19,7 +19,7 @@ module scree_restart
   use scree_sleep, only: wake_all
   use scree_state, only: cracks_t, stage_clock_t, state_t, step_of_run, time_of_run
   use scree_step_control, only: at_end, has_no_step, is_settled, resume_pace
-  use scree_text, only: number_text, rounded_text, text_t
+  use scree_text, only: append, number_text, rounded_text, text_t
   use scree_watch, only: watch_t
   use scree_xdmf, only: add_xdmf_frame
   implicit none
@@ -61,6 +61,7 @@ contains
     type(text_t), allocatable, intent(inout) :: options(:)             !! GROUP.NAME=VALUE
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: deck(:), set(:), setting
+    type(text_t), allocatable :: of_run(:)
     integer(hid_t) :: file
     integer :: i
 
@@ -80,7 +81,11 @@ contains
       geometry = trim(deck(1))
       analysis = trim(deck(2))
     end if
-    options = [(text_t(trim(set(i))), i=1, size(set)), options]
+    allocate (of_run(0))
+    do i = 1, size(set)
+      call append(of_run, trim(set(i)))
+    end do
+    options = [of_run, options]
 
   contains
 

@@ -7,7 +7,7 @@ module scree_step_progress
   use scree_scene, only: settings_t
   use scree_state, only: state_t, step_of_run
   use scree_step_control, only: at_end, share_done
-  use scree_text, only: number_text, rounded_text, short_text, text_t
+  use scree_text, only: append, number_text, rounded_text, short_text, text_t
   use scree_time_stepper, only: step_report_t
   use scree_trouble, only: trouble_t, words_of
   implicit none
@@ -73,18 +73,18 @@ contains
     allocate (facts(0))
     moving = count_moving(model, cache, state, report%balance)
     if (allocated(report%balance)) then
-      facts = [facts, text_t('unbalanced '//short_text(report%balance%share, few_digits))]
+      call append(facts, 'unbalanced '//short_text(report%balance%share, few_digits))
     else
       associate (s => model%settings)
-        facts = [facts, text_t('time '//short_text(state%time, digits)//' of '// &
-                               short_text(min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), digits))]
+        call append(facts, 'time '//short_text(state%time, digits)//' of '// &
+                    short_text(min(s%end_time, state%time*(s%most_steps/real(state%step, dp))), digits))
       end associate
     end if
-    facts = [facts, text_t('step '//number_text(step_of_run(state)))]
+    call append(facts, 'step '//number_text(step_of_run(state)))
     if (moving >= 0) &
-      facts = [facts, text_t('moving '//number_text(moving)//' of '//number_text(size(model%free_block)))]
-    if (.not. allocated(report%balance)) facts = [facts, text_t('dt '//short_text(report%dt, digits))]
-    facts = [facts, text_t('iterations '//number_text(report%iterations))]
+      call append(facts, 'moving '//number_text(moving)//' of '//number_text(size(model%free_block)))
+    if (.not. allocated(report%balance)) call append(facts, 'dt '//short_text(report%dt, digits))
+    call append(facts, 'iterations '//number_text(report%iterations))
   end function facts_of
 
 end module scree_step_progress

@@ -8,7 +8,7 @@ module scree_summary_words
   use scree_run_summary, only: change_of_area, lost_otherwise, share_lost, share_of_blows, stage_ending_t, summary_t, &
                                vertex_most_t
   use scree_step_try, only: cut_reasons
-  use scree_text, only: number_text, place_text, rounded_text, short_text, text_t
+  use scree_text, only: append, number_text, place_text, rounded_text, short_text, text_t
   use scree_timers, only: cost_t
   implicit none
   private
@@ -66,7 +66,7 @@ contains
     subroutine add(text)
       character(len=*), intent(in) :: text
 
-      line = [line, text_t(text)]
+      call append(line, text)
     end subroutine add
 
   end function lines_of

@@ -12,7 +12,7 @@ module scree_loaded_edges
   use scree_sorting, only: sort_into
   use scree_state, only: state_t
   use scree_system, only: absorber_end, edge_end, system_t
-  use scree_text, only: number_text, short_text, text_t
+  use scree_text, only: append, number_text, short_text, text_t
   implicit none
   private
   public :: absorb_on_edges, find_pieces, gaps_of_lines, load_carriers, load_edges
@@ -287,7 +287,7 @@ contains
         line = reshape(lines(4*i - 3:4*i), [2, 2])
         gap = gap_of_line(scene, system, state, line, pieces_on_line(system, state, line, scene%nearest))
         if (gap%length > noticeable_gap*gap%within) &
-          text = [text, text_t('expected edges of blocks all along line '//number_text(i)//' of '//name//', found '//gap_text(gap))]
+          call append(text, 'expected edges of blocks all along line '//number_text(i)//' of '//name//', found '//gap_text(gap))
       end do
     end subroutine look
 

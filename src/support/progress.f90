@@ -5,7 +5,7 @@ module scree_progress
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp, i8
   use scree_screen, only: folded, is_terminal, print_text, screen_columns
-  use scree_text, only: number_text, text_t
+  use scree_text, only: append, number_text, text_t
   implicit none
   private
   public :: check_told, end_progress, is_due, line_is_due, line_of_run, progress_t, set_up_progress, show_line, stays_short, tell, &
@@ -196,7 +196,7 @@ contains
     type(progress_t), intent(inout) :: progress
     character(len=*), intent(in) :: line
 
-    progress%warning = [progress%warning, text_t(line)]
+    call append(progress%warning, line)
     call end_progress(progress)
     write (error_unit, '(a)') 'scree: warning: '//line
   end subroutine warn

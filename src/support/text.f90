@@ -3,8 +3,8 @@ module scree_text
   use scree_kinds, only: dp, i8
   implicit none
   private
-  public :: in_lower_case, number_text, pair_text, place_text, real_of, real_text, rounded_text, same_length, short_text, text_t, &
-            with_ending
+  public :: append, in_lower_case, number_text, pair_text, place_text, real_of, real_text, rounded_text, same_length, short_text, &
+            text_t, with_ending
 
   !> One of several texts.
   type :: text_t
@@ -19,6 +19,17 @@ module scree_text
   real(dp), parameter :: ten(0:exact_power) = [(10.0_dp**k, k=0, exact_power)]
 
 contains
+
+  !> Adds a text at the end of a list.
+  !>
+  !> gfortran 13 writes beyond the heap where a constructor is given a text that a function makes, as in `text_t(a//f(b))`. The text
+  !> is an argument here, so it is whole before the constructor takes it.
+  pure subroutine append(list, text)
+    type(text_t), allocatable, intent(inout) :: list(:)
+    character(len=*), intent(in) :: text
+
+    list = [list, text_t(text)]
+  end subroutine append
 
   !> A text with small letters for capitals.
   pure function in_lower_case(text)

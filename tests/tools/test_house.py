@@ -5,7 +5,7 @@ import re
 import shutil
 
 import pytest
-from scree.house import ablate, check, fortran, limits, measures, parts, rooms
+from scree.house import ablate, check, fortran, limits, measures, parts, rooms, texts
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"]) / "src"
 
@@ -263,3 +263,13 @@ def test_each_rule_of_the_ablations_is_once_in_the_sources_and_names_unit_tests(
             assert rule["tests"] and set(rule["tests"]) <= tests
     with pytest.raises(ValueError, match="expected a folder that has rules"):
         ablate.rules_of("solver")
+
+
+@pytest.mark.parametrize("statement, found", [
+    ("line = [line, text_t(label//f(fact))]", True), ("line = [line, text_t('a'//trim(b)//'c')]", True),
+    ("x = pair_t(1, a// &\n    f(b))", True), ("call append(line, label//f(fact))", False), ("line = [line, text_t(label//fact)]", False),
+    ("line = [(text_t(trim(set(i))), i=1, 2), line]", True), ("type(text_t), allocatable :: a(:)", False), ("x = '//f(' // text_t('a(b)//f(c)')", False)])
+def test_texts_that_gfortran_13_miscompiles_are_found(statement, found, tmp_path):
+    path = tmp_path / "a.f90"
+    path.write_text(statement + "\n")
+    assert [line for _, line, _ in texts.made_in_constructors([path])] == [1] * found

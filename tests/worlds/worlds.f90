@@ -17,7 +17,7 @@ module worlds
   use scree_start, only: begin_run
   use scree_state, only: state_t
   use scree_step_control, only: after_step, next_size
-  use scree_text, only: text_t
+  use scree_text, only: append, text_t
   use scree_step, only: advance
   use scree_time_stepper, only: step_report_t
   implicit none
@@ -75,7 +75,7 @@ contains
     allocate (option(0))
     if (present(options)) then
       do i = 1, size(options)
-        if (len_trim(options(i)) > 0) option = [option, text_t(trim(options(i)))]
+        if (len_trim(options(i)) > 0) call append(option, trim(options(i)))
       end do
     end if
     call read_scene(geometry, analysis, option, world%scene, world%blocks, refusal)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 
-from . import ablate, limits, measures, parts, prose, rooms
+from . import ablate, limits, measures, parts, prose, rooms, texts
 from .fortran import QUOTED_OR_COMMENT
 
 TREE = pathlib.Path(__file__).resolve().parents[3]
@@ -103,6 +103,7 @@ def findings():
     yield from measures.too_complex(procedures, source)
     yield from limits.beyond(limits.measured(procedures, source), limits.read())
     yield from parts.parts_given(sorted(source.rglob("*.f90")))
+    yield from texts.made_in_constructors(sources())
     yield from prose.findings(TREE)
 
 
