@@ -80,7 +80,7 @@ contains
       if (.not. is_measured(tip)) then
         call judge_strength(tension_of_intensity*toughness/sqrt(radius), radius, tip)
       else if (toughness > 0) then
-        call judge_intensity(stress_intensity(model, cache, state, tip), toughness, tip%direction, breaks, direction)
+        call judge_intensity(stress_intensity(model, cache, state, tip), toughness, tip%disc%direction, breaks, direction)
       end if
     end subroutine judge_toughness
 

@@ -21,6 +21,7 @@ module scree_stress_intensity
 
   real(dp), parameter :: scatter = 5.0_dp !! sides of triangles from the tip, within which the forces of contacts scatter
   real(dp), parameter :: at_tip = 1e-6_dp !! of the radius of the disc: a vertex that is nearer to the tip is at it
+  real(dp), parameter :: on_face = 1e-9_dp !! of the radius: a centre that is nearer to the line of a face is on it
 
 contains
 
@@ -42,7 +43,7 @@ contains
     do i = 1, size(tip%disc%element)
       e = tip%disc%element(i)
       stress = stress_in(axes, state%stress(:, e))
-      gradient = matmul(state%deformation(1:2, e)*tip%direction(1) + state%deformation(3:4, e)*tip%direction(2), axes) &
+      gradient = matmul(state%deformation(1:2, e)*tip%disc%direction(1) + state%deformation(3:4, e)*tip%disc%direction(2), axes) &
                  - [1.0_dp, 0.0_dp]
       force = matmul(lost_force(e)/tip%disc%area(i), axes)
       do mode = 1, 2
@@ -105,7 +106,9 @@ contains
         s = s + tip%disc%area(i)*(F(2) - F(3))
       end associate
     end do
-    axes(:, 1) = [c*tip%direction(1) - s*tip%direction(2), s*tip%direction(1) + c*tip%direction(2)]/norm2([c, s])
+    associate (along => tip%disc%direction)
+      axes(:, 1) = [c*along(1) - s*along(2), s*along(1) + c*along(2)]/norm2([c, s])
+    end associate
     axes(:, 2) = [-axes(2, 1), axes(1, 1)]
   end function axes_of_tip
 
@@ -181,9 +184,9 @@ contains
         shift = start(:, outlines%start(entrance%edge)) - x + dot_product(state%vertex(:, outlines%start(entrance%vertex)) - a, t) &
                 /edge*(start(:, outlines%finish(entrance%edge)) - start(:, outlines%start(entrance%edge)))
         along = start(:, outlines%start(outlines%next(entrance%vertex))) - x
-        side = sign(1.0_dp, dot_product(tip%direction, along)) ! the block is left of its edges
-        near = fall(norm2(x - tip%place), core)
-        q = fall(norm2(x - tip%place), tip%disc%radius)
+        side = sign(1.0_dp, dot_product(tip%disc%direction, along)) ! the block is left of its edges
+        near = fall(norm2(x - tip%disc%place), core)
+        q = fall(norm2(x - tip%disc%place), tip%disc%radius)
       end associate
     end subroutine place_contact
 
@@ -241,15 +244,17 @@ contains
     integer, parameter :: parts = 8
 
     length = 0.0_dp
-    do k = 2, size(tip%path, 2)
-      do l = 1, parts
-        do i = 1, n_gauss
-          place = tip%path(:, k - 1) + (l - 1 + gauss_place(i))/parts*(tip%path(:, k) - tip%path(:, k - 1)) - tip%place
-          length = length + gauss_weight(i)/parts*norm2(tip%path(:, k) - tip%path(:, k - 1)) &
-                   *fall(norm2(place), tip%disc%radius)*(1 - fall(norm2(place), core))
+    associate (path => tip%disc%path)
+      do k = 2, size(path, 2)
+        do l = 1, parts
+          do i = 1, n_gauss
+            place = path(:, k - 1) + (l - 1 + gauss_place(i))/parts*(path(:, k) - path(:, k - 1)) - tip%disc%place
+            length = length + gauss_weight(i)/parts*norm2(path(:, k) - path(:, k - 1)) &
+                     *fall(norm2(place), tip%disc%radius)*(1 - fall(norm2(place), core))
+          end do
         end do
       end do
-    end do
+    end associate
   end subroutine measure_face
 
   !> Adds a constant traction on both faces near the tip.
@@ -262,14 +267,14 @@ contains
     real(dp) :: along(2), left(2), place(2), q, share(n_gauss), weight(n_gauss)
     integer :: i, l, mode, side
 
-    do l = 2, size(tip%path, 2)
-      along = tip%path(:, l) - tip%path(:, l - 1)
+    do l = 2, size(tip%disc%path, 2)
+      along = tip%disc%path(:, l) - tip%disc%path(:, l - 1)
       along = min(1.0_dp, core/norm2(along))*along
       left = [along(2), -along(1)]/norm2(along)   ! of the crack on the way to the tip
-      call place_points(tip, tip%path(:, l - 1), along, share, weight)
+      call place_points(tip, tip%disc%path(:, l - 1), along, share, weight)
       do i = 1, n_gauss
-        place = tip%path(:, l - 1) + share(i)*along
-        q = norm2(along)*weight(i)*fall(norm2(place - tip%place), core)
+        place = tip%disc%path(:, l - 1) + share(i)*along
+        q = norm2(along)*weight(i)*fall(norm2(place - tip%disc%place), core)
         if (.not. q > 0) cycle
         do mode = 1, 2
           do side = -1, 1, 2
@@ -313,16 +318,25 @@ contains
   end subroutine add_edge_loads
 
   !> Points of a face, which are dense toward its end that is nearer to the tip: a traction there times r^(-1/2) is integrated
-  !> exactly.
+  !> exactly. Of a face through the centre of the disc only the part behind counts, as ahead the two faces of a crack cancel.
   pure subroutine place_points(tip, from, along, share, weight)
     type(crack_tip_t), intent(in) :: tip
     real(dp), intent(in) :: from(2), along(2)     !! where the face begins, and to where it ends, length
     real(dp), intent(out) :: share(n_gauss)       !! of the way
     real(dp), intent(out) :: weight(n_gauss)
+    real(dp) :: at(2), dense, sparse              ! shares of the ends of the part that counts
 
-    share = gauss_place**2
-    weight = 2*gauss_place*gauss_weight
-    if (norm2(from + along - tip%place) < norm2(from - tip%place)) share = 1 - share
+    dense = merge(1.0_dp, 0.0_dp, norm2(from + along - tip%disc%place) < norm2(from - tip%disc%place))
+    sparse = 1 - dense
+    at = tip%disc%place - from
+    associate (reach => dot_product(at, along)/dot_product(along, along))
+      if (reach > 0 .and. reach < 1 .and. norm2(at - reach*along) < on_face*tip%disc%radius) then
+        dense = reach
+        sparse = merge(0.0_dp, 1.0_dp, dot_product(along, tip%disc%direction) > 0)
+      end if
+    end associate
+    share = dense + (sparse - dense)*gauss_place**2
+    weight = 2*abs(sparse - dense)*gauss_place*gauss_weight
   end subroutine place_points
 
 end module scree_stress_intensity

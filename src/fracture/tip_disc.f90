@@ -1,6 +1,9 @@
 !> The disc around a tip of a crack, with the weights of the interaction integral.
 !>
-!> Axis 1 is the direction of the tip, u^m is the field of a mode with K = 1 (`scree_near_tip_field`), and q is a function that
+!> Around the end of a crack linear triangles are too stiff. Far from it their field is that of a crack which ends about 0.3
+!> sides of a triangle earlier. The centre of the disc is there, as the integral about another place would not have K alone.
+!>
+!> Axis 1 is the direction of the crack there, and u^m is the field of a mode with K = 1 (`scree_near_tip_field`). The function q
 !> falls from 1 near the tip to 0 at the radius of the disc. The integral is
 !>
 !>     I_m = int [s_ij u^m_i,1 + s^m_ij u_i,1 - s_ij e^m_ij d_1j] q_,j dA
@@ -33,18 +36,21 @@ module scree_tip_disc
   real(dp), parameter :: inward = 1e-8_dp       !! of the radius, by which a place lies behind the face that it is on
   real(dp), parameter :: straight = 1e-9_dp     !! of the radius: a face that is nearer to the line of the tip lies on it
 
-  integer, parameter, public :: n_gauss = 6
-  !> Points and weights of Gauss' rule from 0 to 1.
-  real(dp), parameter :: half_gauss(3) = [0.2386191860831969_dp, 0.6612093864662645_dp, 0.9324695142031521_dp]
-  real(dp), parameter :: half_weight(3) = [0.4679139345726910_dp, 0.3607615730481386_dp, 0.1713244923791704_dp]
-  real(dp), parameter, public :: gauss_place(n_gauss) = 0.5_dp*(1 + [-half_gauss(3:1:-1), half_gauss])
-  real(dp), parameter, public :: gauss_weight(n_gauss) = 0.5_dp*[half_weight(3:1:-1), half_weight]
+  integer, parameter, public :: n_gauss = 8
+  !> Points and weights of Gauss' rule from -1 to 1, of which 0 is the middle.
+  real(dp), parameter :: half_gauss(4) = &
+    [0.1834346424956498_dp, 0.5255324099163290_dp, 0.7966664774136267_dp, 0.9602898564975363_dp]
+  real(dp), parameter :: half_weight(4) = &
+    [0.3626837833783620_dp, 0.3137066458778873_dp, 0.2223810344533745_dp, 0.1012285362903763_dp]
+  real(dp), parameter, public :: gauss_place(n_gauss) = 0.5_dp*(1 + [-half_gauss(4:1:-1), half_gauss])
+  real(dp), parameter, public :: gauss_weight(n_gauss) = 0.5_dp*[half_weight(4:1:-1), half_weight]
 
 contains
 
   !> Lays the discs of tips.
-  subroutine lay_discs(model, gradient, tips)
+  subroutine lay_discs(model, back, gradient, tips)
     type(model_t), intent(in) :: model
+    real(dp), intent(in) :: back(:)               !! (n_tips) ways from the ends of the cracks to the centres, length
     real(dp), intent(in) :: gradient(:, :)        !! (3, n_materials) of the initial stress, its increase with y, force/length^3
     type(crack_tip_t), intent(inout) :: tips(:)
     integer, allocatable :: corner(:), first(:)
@@ -53,6 +59,7 @@ contains
     if (size(tips) == 0) return
     call polygons_of(model%elements%shape, model%start, first, corner)
     do i = 1, size(tips)
+      call place_disc(back(i), tips(i))
       call lay_disc(model, first, corner, gradient, radius_of_disc(tips(i)), tips(i))
     end do
   end subroutine lay_discs
@@ -63,14 +70,8 @@ contains
   !> spans 2.5 sides, other faces.
   pure real(dp) function radius_of_disc(tip) result(radius)
     type(crack_tip_t), intent(in) :: tip
-    real(dp) :: path
-    integer :: k
 
-    path = 0.0_dp
-    do k = 2, size(tip%path, 2)
-      path = path + norm2(tip%path(:, k) - tip%path(:, k - 1))
-    end do
-    radius = max(share_of_path*path, fair_edges*tip%edge)
+    radius = max(share_of_path*length_of(tip%path), fair_edges*tip%edge)
     radius = max(least_edges*tip%edge, min(radius, clear*tip%to_face))
     if (tip%to_tip < radius/clear) radius = clear*tip%to_tip
   end function radius_of_disc
@@ -82,6 +83,34 @@ contains
     is_measured = .not. radius_of_disc(tip) < least_radius*tip%edge
   end function is_measured
 
+  !> Puts the centre of a disc on the crack, back from its end; at most to the middle of the crack.
+  pure subroutine place_disc(back, tip)
+    real(dp), intent(in) :: back                  !! along the crack, length
+    type(crack_tip_t), intent(inout) :: tip
+    real(dp) :: along(2), length, left
+    integer :: k
+
+    left = min(back, 0.5_dp*length_of(tip%path))
+    do k = 2, size(tip%path, 2)
+      along = tip%path(:, k) - tip%path(:, k - 1)
+      length = norm2(along)
+      if (left < length) exit
+      left = left - length
+    end do
+    tip%disc%path = tip%path(:, k - 1:)
+    tip%disc%place = tip%path(:, k - 1) + left/length*along
+    tip%disc%path(:, 1) = tip%disc%place
+    tip%disc%direction = -along/length
+  end subroutine place_disc
+
+  !> Length of a polyline.
+  pure real(dp) function length_of(path)
+    real(dp), intent(in) :: path(:, :)            !! (2, n) length
+    integer :: k
+
+    length_of = sum([(norm2(path(:, k) - path(:, k - 1)), k=2, size(path, 2))])
+  end function length_of
+
   !> Lays one disc: finds its elements and the weights of their fields.
   subroutine lay_disc(model, first, corner, gradient, radius, tip)
     type(model_t), intent(in) :: model
@@ -90,10 +119,11 @@ contains
     real(dp), intent(in) :: radius                !! length
     type(crack_tip_t), intent(inout) :: tip
     integer, allocatable :: inside(:), ears(:, :)
-    real(dp) :: change(3), spread_of(3)
+    real(dp) :: ahead, change(3), spread_of(3)
     integer :: e, i, k, n
 
     tip%disc%radius = radius
+    ahead = length_of(tip%path) - length_of(tip%disc%path)
     associate (D => model%effects%elasticity(:, :, model%elements%material(tip%element)))
       tip%disc%shear = D(3, 3)
       tip%disc%kappa = (3*D(1, 1) - D(1, 2))/(D(1, 1) + D(1, 2))
@@ -104,7 +134,7 @@ contains
     tip%disc%element = inside
     allocate (tip%disc%area(n), tip%disc%of_stress(3, 2, n), tip%disc%of_gradient(2, 2, n), tip%disc%of_force(2, 2, n), &
               source=0.0_dp)
-    change = in_axes(tip%direction, tip%direction(2)*gradient(:, model%elements%material(tip%element)))
+    change = in_axes(tip%disc%direction, tip%disc%direction(2)*gradient(:, model%elements%material(tip%element)))
     tip%disc%of_start = 0.0_dp
     do i = 1, n
       e = inside(i)
@@ -143,10 +173,10 @@ contains
         low = minval(model%start(:, own), 2)
         high = maxval(model%start(:, own), 2)
       end associate
-      reaches = norm2(max(low - tip%place, tip%place - high, 0.0_dp)) < radius
+      reaches = norm2(max(low - tip%disc%place, tip%disc%place - high, 0.0_dp)) < radius
     end function reaches
 
-    !> Adds the area of a triangle of an element, by 36 points.
+    !> Adds the area of a triangle of an element, by 64 points.
     subroutine add_triangle(i, x)
       integer, intent(in) :: i                    !! element of the disc
       real(dp), intent(in) :: x(2, 3)             !! length
@@ -187,7 +217,8 @@ contains
       end associate
     end subroutine add_point
 
-    !> Adds a face of an element where it is not on the line of the tip: there the field of the mode has tractions.
+    !> Adds a face of an element where it is not on the line of the tip: there the field of the mode has tractions. The piece of the
+    !> crack ahead of the centre does not count.
     subroutine add_face(i, a, b)
       integer, intent(in) :: i
       real(dp), intent(in) :: a(2), b(2)          !! ends, counter-clockwise around the element, length
@@ -195,10 +226,13 @@ contains
       real(dp) :: n(2), outer(2), q, g(2), length, place(2)
       integer :: k, mode
 
-      if (max(abs(cross(tip%direction, a - tip%place)), abs(cross(tip%direction, b - tip%place))) < straight*radius) return
+      associate (along => tip%disc%direction, from => tip%disc%place)
+        if (max(abs(cross(along, a - from)), abs(cross(along, b - from))) < straight*radius) return
+        if (max(norm2(a - from), norm2(b - from)) < (1 + straight)*ahead .and. dot_product(along, a + b - 2*from) > 0) return
+      end associate
       length = norm2(b - a)
       outer = [b(2) - a(2), a(1) - b(1)]/length
-      n = [dot_product(tip%direction, outer), cross(tip%direction, outer)]
+      n = [dot_product(tip%disc%direction, outer), cross(tip%disc%direction, outer)]
       do k = 1, n_gauss
         place = a + gauss_place(k)*(b - a)
         call weight_at(tip, place, q, g)
@@ -256,14 +290,14 @@ contains
     real(dp), intent(out) :: gradient(2)   !! 1/length
     real(dp) :: from(2), r, s
 
-    from = place - tip%place
+    from = place - tip%disc%place
     r = norm2(from)
     q = fall(r, tip%disc%radius)
     gradient = 0.0_dp
     s = (r/tip%disc%radius - flat_share)/(1 - flat_share)
     if (s > 0 .and. s < 1) then
       gradient = -30*s**2*(1 - s)**2/((1 - flat_share)*tip%disc%radius*r) &
-                 *[dot_product(tip%direction, from), cross(tip%direction, from)]
+                 *[dot_product(tip%disc%direction, from), cross(tip%disc%direction, from)]
     end if
   end subroutine weight_at
 
@@ -284,10 +318,10 @@ contains
     real(dp), intent(in), optional :: behind(2)    !! of a face: direction from it into the block, of length 1
     real(dp) :: from(2), angle, r
 
-    from = place - tip%place
+    from = place - tip%disc%place
     r = norm2(from)
     if (present(behind)) from = from + inward*tip%disc%radius*behind
-    angle = atan2(cross(tip%direction, from), dot_product(tip%direction, from))
+    angle = atan2(cross(tip%disc%direction, from), dot_product(tip%disc%direction, from))
     associate (cut => angle_of_crack(tip, r))
       if (angle > cut) angle = angle - 2*pi
       if (angle < cut - 2*pi) angle = angle + 2*pi
@@ -302,19 +336,19 @@ contains
     real(dp) :: a(2), along(2), share
     integer :: k, n
 
-    n = size(tip%path, 2)
+    n = size(tip%disc%path, 2)
     do k = 2, n - 1
-      if (norm2(tip%path(:, k) - tip%place) >= r) exit
+      if (norm2(tip%disc%path(:, k) - tip%disc%place) >= r) exit
     end do
     angle = pi
     if (k == 2) return
-    a = tip%path(:, k - 1) - tip%place
-    along = tip%path(:, k) - tip%path(:, k - 1)
+    a = tip%disc%path(:, k - 1) - tip%disc%place
+    along = tip%disc%path(:, k) - tip%disc%path(:, k - 1)
     associate (p => dot_product(a, along), c => dot_product(along, along))
       share = min(1.0_dp, (-p + sqrt(max(0.0_dp, p**2 - c*(dot_product(a, a) - r**2))))/c)
     end associate
     a = a + share*along
-    angle = atan2(cross(tip%direction, a), dot_product(tip%direction, a))
+    angle = atan2(cross(tip%disc%direction, a), dot_product(tip%disc%direction, a))
     if (angle < 0) angle = angle + 2*pi
   end function angle_of_crack
 

@@ -5,6 +5,7 @@
 !> beyond its end.
 module scree_tip_seats
   use scree_block_input, only: blocks_t
+  use scree_crack_tip, only: short_of_end
   use scree_kinds, only: dp
   use scree_mesh, only: mesh_t
   use scree_polygon, only: twice_area
@@ -12,13 +13,8 @@ module scree_tip_seats
   use scree_scene, only: scene_t
   implicit none
   private
-  public :: put_nodes, seat_tips
+  public :: put_nodes, seat_tips, side_at
 
-  !> Sides of a triangle from the end of the crack that the field has to the node. A square of 22 sides with a crack to its
-  !> middle bears the stress of mode I about a point before the tip. This is the place of the point for which K is 1 again.
-  !> It is 0.27 to 0.33 for 14 meshes, turned and with the node moved by up to half a side, at a Poisson's ratio of 0.25. At 0
-  !> it is up to 0.37. In mode II it is 0.42 to 0.58.
-  real(dp), parameter :: short_of_node = 0.3_dp
   real(dp), parameter :: clear_sides = 1.0_dp    !! of a triangle, between the node and what the crack runs toward
   real(dp), parameter :: least_share = 0.25_dp   !! of its area that a triangle keeps; one of equal sides keeps a third
   real(dp), parameter :: same = 1e-9_dp          !! of the size of the model: places that are nearer to each other are one
@@ -45,8 +41,8 @@ contains
         along = along/norm2(along)
         side = side_at(scene, end + blocks%origin)
         if (way_to(faces, size(blocks%vertex, 2) + i, end - same*scene%extent*along, along) &
-            < (short_of_node + clear_sides)*side) cycle ! also on an outline
-        blocks%crack(:, k, i) = end + short_of_node*side*along
+            < (short_of_end + clear_sides)*side) cycle ! also on an outline
+        blocks%crack(:, k, i) = end + short_of_end*side*along
         blocks%seat = reshape([blocks%seat, blocks%crack(:, k, i)], [2, size(blocks%seat, 2) + 1])
       end do
     end do

@@ -1,7 +1,7 @@
 !> Tips of cracks, where a scene asks for their stress intensity or lets them grow.
 module scree_measured_tips
   use scree_block_input, only: blocks_t
-  use scree_crack_tip, only: crack_tip_t
+  use scree_crack_tip, only: crack_tip_t, short_of_end
   use scree_crack_tips, only: find_tips
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
@@ -10,6 +10,7 @@ module scree_measured_tips
   use scree_setting_table, only: given_at
   use scree_text, only: number_text, place_text, short_text
   use scree_tip_disc, only: is_measured, lay_discs
+  use scree_tip_seats, only: side_at
   implicit none
   private
   public :: measure_tips
@@ -28,6 +29,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(crack_tip_t), allocatable :: tips(:)
     character(len=:), allocatable :: asks
+    real(dp), allocatable :: back(:)
     real(dp) :: gradient(3, size(scene%block_material))
     integer :: i
 
@@ -41,7 +43,10 @@ contains
       do i = 1, size(scene%block_material)
         gradient(:, i) = scene%block_material(i)%stress_gradient
       end do
-      call lay_discs(model, gradient, tips)
+      back = [(max(0.0_dp, short_of_end*side_at(scene, tips(i)%end + model%origin) - norm2(tips(i)%end - tips(i)%place)), &
+               i=1, size(tips))]
+      if (allocated(model%sampling)) back = 0.0_dp ! of second order, which are less stiff
+      call lay_discs(model, back, gradient, tips)
     end if
     call move_alloc(tips, model%tip)
   end subroutine measure_tips

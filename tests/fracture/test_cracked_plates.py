@@ -115,3 +115,19 @@ def test_a_crack_before_any_side_of_an_outline_or_a_hole_stays_as_drawn(tmp_path
             r = scree.run(tmp_path / "d.ana")
             free, near = r.history.cracks.place[0] @ way
             assert free == pytest.approx(begin + 0.03 * np.sign(begin - end), abs=1e-9) and (near - end) * np.sign(end - begin) <= 0, (way, end)
+
+
+@pytest.mark.parametrize("a", [0.2, 0.3])
+def test_the_energy_of_a_strip_gives_k_whatever_the_length_of_its_crack(a, tmp_path):
+    """A strip of 0.6 by 0.2 between grips that part by 2 u: K = u E'/H^(1/2). Its triangles are as high as an eighth of half the strip."""
+    half, part, modulus = 0.1, 2e-6, YOUNG / (1 - NU**2)
+    edge = half / 8 / math.sin(math.pi / 3)
+    lines = [(0, -half, 0.6, -half), (0.6, -half, 0.6, half), (0.6, half, 0, half), (0, half, 0, -half), (0, 0, a, 0)]
+    (tmp_path / "d.geo").write_text("1e-6\n5 4\n0\n0\n0\n0\n0\n0\n" + "".join(" ".join(map(str, line)) + " 1\n" for line in lines))
+    (tmp_path / "d.ana").write_text(
+        f"0 1 1 1 0.05 1\n2600 0 {YOUNG} {NU} 0 0 0 0 0 0 0 0 0\n0 0 0\n&method model='nmm', plane='strain' /\n&cover edge={edge}, origin=0 0 /\n"
+        f"&support moved=0 {half} 0.6 {half}, table=0 0 0  1 0 {part}, y=0 {-half} 0.6 {-half}, normal=0.6 {-half} 0.6 {half} /\n"
+        "&cracks toughness=0 /\n&output cracks='tips' /\n")
+    K = scree.run(tmp_path / "d.ana").history.cracks
+    assert K.K_I[-1, 0] == pytest.approx(part / 2 * modulus / math.sqrt(half), rel=0.01)
+    assert abs(K.K_II[-1, 0]) < 1e-6 * K.K_I[-1, 0]
