@@ -11,7 +11,7 @@ module scree_change_of_model
   use scree_model, only: cache_t, model_t
   use scree_scene, only: effect_t, scene_t
   use scree_set_up, only: set_up
-  use scree_state, only: state_t
+  use scree_state, only: cracks_t, state_t
   implicit none
   private
   public :: go_on_with, set_up_anew
@@ -21,21 +21,24 @@ contains
   !> Sets a scene up again, as it has become. Tips of cracks keep the numbers that they had.
   !>
   !> Errors: as of `set_up`.
-  subroutine set_up_anew(scene, blocks, before, piece, model, state, error)
+  subroutine set_up_anew(scene, blocks, before, model, state, error, grown)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(crack_tip_t), allocatable, intent(in) :: before(:) !! tips until then
-    real(dp), intent(in) :: piece(:, :)          !! (4, n) x1 y1 x2 y2 by which cracks have grown since, by the blocks, length
     type(model_t), intent(out) :: model
     type(state_t), intent(out) :: state          !! at the start of the scene
     type(error_t), allocatable, intent(out) :: error
+    type(cracks_t), intent(in), optional :: grown !! pieces by which cracks have grown since; not there: none
     type(effect_t), allocatable :: list(:)
+    type(cracks_t) :: since
     real(dp) :: shift(2)
 
     call set_up(scene, blocks, model, state, list, error)
     if (allocated(error) .or. .not. (allocated(before) .and. allocated(model%tip))) return
+    since = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [integer ::], [real(dp) ::])
+    if (present(grown)) since = grown
     shift = model%origin - blocks%origin
-    call number_tips(before, piece - spread([shift, shift], 2, size(piece, 2)), model%extent, model%tip)
+    call number_tips(before, since%piece - spread([shift, shift], 2, size(since%tip)), since%tip, model%extent, model%tip)
   end subroutine set_up_anew
 
   !> Has a run go on in another model within a stage. What this changes in the energy is booked as staged.

@@ -53,7 +53,7 @@ contains
     if (size(block) > 1) others = ' and '//number_text(size(block) - 1)//' others'
     call tell(progress, 'block '//number_text(block(1))//others//' left the scene at time '//rounded_text(time_of_run(state)))
     scene%removed(blocks%drawn(block)) = .true.
-    call set_up_anew(scene, blocks, model%tip, reshape([real(dp) ::], [4, 0]), rest, on, error)
+    call set_up_anew(scene, blocks, model%tip, rest, on, error)
     if (allocated(error)) return
     call carry_through_removal(model, state, blocks%bolt%pretension, rest, on)
     before = [integer ::]

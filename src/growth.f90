@@ -4,7 +4,8 @@ module scree_growth
   use scree_carry_over, only: carry_through_cut
   use scree_change_of_model, only: go_on_with, set_up_anew
   use scree_crack_cutting, only: cut_blocks
-  use scree_crack_growth, only: find_growth, growth_t
+  use scree_crack_growth, only: find_growth
+  use scree_crack_piece, only: growth_t
   use scree_crack_tip, only: crack_tip_t
   use scree_equilibrium, only: begin_settling
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
@@ -51,18 +52,22 @@ contains
     end if
     call find_growth(model, cache, state, growth)
     call tell_tips(model, growth%tip, watch, progress)
+    call tell_beginnings(model, growth, progress)
     n = size(growth%tip)
     if (n == 0) return
     n_before = size(blocks%material)
     own%piece = growth%piece + spread([model%origin - blocks%origin, model%origin - blocks%origin], 2, n)
-    own%joint = model%tip(growth%tip)%joint
+    own%joint = growth%joint
+    own%tip = growth%number
     own%time = [(time_of_run(state), i=1, n)]
     call cut_model(scene, own, blocks, model, cache, state, watch, parent, error)
     if (allocated(error)) return
-    if (.not. allocated(state%cracks)) state%cracks = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [real(dp) ::])
+    if (.not. allocated(state%cracks)) &
+      state%cracks = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [integer ::], [real(dp) ::])
     associate (all_of_them => state%cracks)
       all_of_them%piece = reshape([all_of_them%piece, own%piece], [4, size(all_of_them%joint) + n])
       all_of_them%joint = [all_of_them%joint, own%joint]
+      all_of_them%tip = [all_of_them%tip, own%tip]
       all_of_them%time = [all_of_them%time, own%time]
     end associate
     if (size(blocks%material) == n_before) return
@@ -98,7 +103,8 @@ contains
     integer :: i
 
     if (size(model%tip) == 0) return
-    if (.not. allocated(watch%grown)) allocate (watch%grown(maxval(model%tip%number)), source=0)
+    if (.not. allocated(watch%grown)) allocate (watch%grown(0))
+    watch%grown = [watch%grown, spread(0, 1, max(0, maxval(model%tip%number) - size(watch%grown)))]
     do i = 1, size(model%tip)
       associate (grown => watch%grown(model%tip(i)%number))
         grown = merge(grown + 1, 0, any(grows == i))
@@ -119,6 +125,20 @@ contains
     end function name_of
 
   end subroutine tell_tips
+
+  !> Says where cracks begin.
+  subroutine tell_beginnings(model, growth, progress)
+    type(model_t), intent(in) :: model
+    type(growth_t), intent(in) :: growth
+    type(progress_t), intent(inout) :: progress
+    integer :: i
+
+    do i = 1, size(growth%tip)
+      if (growth%tip(i) > 0 .or. any(growth%number(:i - 1) == growth%number(i))) cycle
+      call tell(progress, 'crack tip '//number_text(growth%number(i))//' begins at '// &
+                place_text(growth%piece(:2, i) + model%origin, model%extent, digits=4))
+    end do
+  end subroutine tell_beginnings
 
   !> Cuts the blocks of the decks as cracks have in a run that goes on, and makes the model of them.
   subroutine resume_cut(scene, cracks, blocks, model, state, error)
@@ -145,7 +165,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call cut_by_cracks(cracks, blocks, error)
-    if (.not. allocated(error)) call set_up_anew(scene, blocks, before, cracks%piece, model, state, error)
+    if (.not. allocated(error)) call set_up_anew(scene, blocks, before, model, state, error, cracks)
   end subroutine set_up_cut
 
   !> Cuts the blocks of a model further, makes the model of them, and has the state go on in it.

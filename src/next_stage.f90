@@ -33,7 +33,7 @@ contains
     real(dp), allocatable :: reaction(:, :)
 
     said = ''
-    call set_up_anew(scene, blocks, model_before%tip, reshape([real(dp) ::], [4, 0]), model, state, error)
+    call set_up_anew(scene, blocks, model_before%tip, model, state, error)
     if (allocated(error)) return
     allocate (reaction(2, size(model_before%points%kind)), source=0.0_dp)
     if (allocated(model%effects%absorbing_edge)) then

@@ -8,7 +8,7 @@ module scree_crack_tips
   use scree_system, only: system_t
   implicit none
   private
-  public :: find_tips, number_tips
+  public :: find_tips, longest_side, number_tips
 
   real(dp), parameter :: same = 1e-9_dp !! of the size of the model: places that are nearer to each other are one
 
@@ -73,24 +73,22 @@ contains
     end do
   end subroutine find_tips
 
-  !> Gives tips the numbers that they had before their cracks grew. Tips that have met an outline or a crack are not among them.
-  pure subroutine number_tips(before, piece, extent, tips)
+  !> Gives tips the numbers that they had before their cracks grew, and those that cracks have begun with since. Tips that have met
+  !> an outline or a crack are not among them.
+  pure subroutine number_tips(before, piece, number, extent, tips)
     type(crack_tip_t), intent(in) :: before(:)
     real(dp), intent(in) :: piece(:, :)        !! (4, n) x1 y1 x2 y2 by which cracks have grown since, in their order, length
+    integer, intent(in) :: number(:)           !! (n) of the tip at the end of each piece
     real(dp), intent(in) :: extent             !! size of the model, length
     type(crack_tip_t), intent(inout) :: tips(:)
-    real(dp) :: end(2, size(before))
     integer :: i, k
 
-    do i = 1, size(before)
-      end(:, i) = before(i)%end
-      do k = 1, size(piece, 2)
-        if (norm2(piece(:2, k) - end(:, i)) <= same*extent) end(:, i) = piece(3:, k)
-      end do
-    end do
     do k = 1, size(tips)
       do i = 1, size(before)
-        if (norm2(end(:, i) - tips(k)%end) <= same*extent) tips(k)%number = before(i)%number
+        if (norm2(before(i)%end - tips(k)%end) <= same*extent) tips(k)%number = before(i)%number
+      end do
+      do i = 1, size(piece, 2)
+        if (norm2(piece(3:, i) - tips(k)%end) <= same*extent) tips(k)%number = number(i)
       end do
     end do
   end subroutine number_tips

@@ -204,6 +204,7 @@ module scree_setting_rules
     setting_rule_t('joints.dilation', '', 'joints.dilation_slip', is_given, .true., 'dilation ends after a slip'), &
     setting_rule_t('joints.dilation_slip', '', 'joints.dilation', is_given, .true., 'there is no dilation to end'), &
     setting_rule_t('cracks.length', '', 'cracks.strength', is_given, .true., 'there is no strength'), &
+    setting_rule_t('cracks.begin_joint', '', 'cracks.strength', is_given, .true., 'a crack begins at a strength'), &
     setting_rule_t('cracks.parts', '', 'cracks.strength or cracks.toughness', is_given, .true., 'no crack grows'), &
     setting_rule_t(grows, '', 'method.model', '|nmm|', .false., 'a DDA block has one strain, and no stress at a tip'), &
     setting_rule_t(grows, '', 'cover.edge or cover.mesh', is_given, .false., &

@@ -371,6 +371,9 @@ contains
                              'force/length^(3/2)', 0.0_dp), s%crack_toughness)
     call row%real(setting_t('cracks', 'length', 'radius of the half disc over which that tension is averaged', 'length', &
                             0.0_dp, open=.true.), s%crack_length)
+    call row%whole(setting_t('cracks', 'begin_joint', &
+                             'joint material of cracks that begin at outlines by that tension; 0: none does', &
+                             '1', 0.0_dp, 1e6_dp), s%crack_begin_joint, 0)
     call row%whole(setting_t('cracks', 'parts', 'blocks that may break off; the results have room for them', '1', 0.0_dp, 1e6_dp, &
                              default='8 where cracks may grow'), s%crack_parts, 8, when=s%cracks_may_grow())
   end subroutine visit_cracks

@@ -7,7 +7,7 @@ module scree_model
   use scree_bodies, only: bodies_t
   use scree_bolt, only: bolt_t
   use scree_contacts, only: contact_law_t, contact_search_t
-  use scree_crack_tip, only: crack_tip_t
+  use scree_crack_tip, only: crack_start_t, crack_tip_t
   use scree_edge_load, only: edge_load_t
   use scree_equations, only: equations_t
   use scree_fixed_point, only: fixed_point_t
@@ -72,6 +72,7 @@ module scree_model
     real(dp), allocatable :: start(:, :)       !! (2, n_vertices) where the vertices of the elements begin, length
     real(dp), allocatable :: start_point(:, :) !! (2, n_points) where the points do, length
     type(crack_tip_t), allocatable :: tip(:)   !! of cracks, where they may grow or the scene asks for their stress intensity
+    type(crack_start_t), allocatable :: crack_start(:) !! places where cracks may begin, where the scene lets them
     real(dp) :: pseudo_step = huge(1.0_dp)     !! by which inertia resists a static step that failed; huge: there is none, time
   end type model_t
 

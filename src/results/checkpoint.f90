@@ -297,6 +297,7 @@ contains
     if (.not. allocated(own)) allocate (own)
     call archive%array('cracks%piece', own%piece)
     call archive%array('cracks%joint', own%joint)
+    call archive%array('cracks%tip', own%tip)
     call archive%array('cracks%time', own%time)
     if (archive%reading .and. allocated(own%piece)) call move_alloc(own, cracks)
   end subroutine visit_cracks

@@ -1,7 +1,7 @@
 !> Series of the tips of cracks, with a row each step: /history/cracks.
 !>
-!> Columns are the tips that the decks draw, as they grow. A tip that has met an outline or another crack has zeros. So has the
-!> stress intensity of a tip whose disc has too little room.
+!> Columns are the tips that the decks draw, as they grow; cracks that begin have none. A tip that has met an outline or another
+!> crack has zeros. So has the stress intensity of a tip whose disc has too little room.
 module scree_crack_records
   use scree_crack_tip, only: crack_tip_t
   use scree_errors, only: error_t
@@ -63,6 +63,7 @@ contains
     allocate (K(2, records%n), place(2, records%n), length(records%n), source=0.0_dp)
     do i = 1, size(model%tip)
       associate (tip => model%tip(i), number => model%tip(i)%number)
+        if (number > records%n) cycle
         place(:, number) = place_of_tip(model, state, tip) + model%origin
         length(number) = tip%length
         if (is_measured(tip)) K(:, number) = stress_intensity(model, cache, state, tip)

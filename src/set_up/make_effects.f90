@@ -153,7 +153,7 @@ contains
                     effects%point_load%table)
   end subroutine load_points
 
-  !> Contact, where there is more than one block, or a joint that ends inside a block under a mesh, which may close.
+  !> Contact, where there is more than one block, or a crack under a mesh, which may close, or where one may begin.
   pure subroutine let_touch(scene, blocks, system, state, effects)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -163,7 +163,8 @@ contains
 
     associate (s => scene%settings, joint => scene%joint_material)
       if (s%contact == contact_none) return
-      if (system%n_blocks == 1 .and. (size(blocks%crack_joint) == 0 .or. system%n_elements == 1)) return
+      if (system%n_blocks == 1 .and. (size(blocks%crack_joint) == 0 .or. system%n_elements == 1) &
+          .and. s%crack_begin_joint == 0) return
       allocate (effects%contact)
       effects%contact%normal_stiffness = s%contact_stiffness
       effects%contact%shear_stiffness = s%contact_stiffness/s%shear_ratio

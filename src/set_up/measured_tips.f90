@@ -1,7 +1,8 @@
 !> Tips of cracks, where a scene asks for their stress intensity or lets them grow.
 module scree_measured_tips
   use scree_block_input, only: blocks_t
-  use scree_crack_tip, only: crack_tip_t, short_of_end
+  use scree_crack_beginning, only: find_starts
+  use scree_crack_tip, only: crack_start_t, crack_tip_t, short_of_end
   use scree_crack_tips, only: find_tips
   use scree_errors, only: error_t, fail, status_bad_input
   use scree_kinds, only: dp
@@ -19,14 +20,16 @@ module scree_measured_tips
 
 contains
 
-  !> Finds the tips of a model, and lays their discs where stress intensity counts. Errors: no crack, one that the mesh does not
-  !> resolve. Cracks that have grown are not judged: a run goes on when one ends or comes near another.
+  !> Finds the tips of a model, and lays their discs where stress intensity counts. Finds where cracks may begin, where the scene
+  !> lets them. Errors: no crack, one that the mesh does not resolve. Cracks that have grown are not judged: a run goes on when one
+  !> ends or comes near another.
   subroutine measure_tips(scene, blocks, model, cover, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
     type(model_t), intent(inout) :: model
     real(dp), intent(in) :: cover(:, :)          !! (2, n_covers) nodes of the covers at the start, length
     type(error_t), allocatable, intent(out) :: error
+    type(crack_start_t), allocatable :: starts(:)
     type(crack_tip_t), allocatable :: tips(:)
     character(len=:), allocatable :: asks
     real(dp), allocatable :: back(:)
@@ -34,6 +37,10 @@ contains
     integer :: i
 
     call find_tips(blocks, model, model%start, cover, tips)
+    if (scene%settings%crack_begin_joint > 0) then
+      call find_starts(blocks, model, model%start, cover, starts)
+      call move_alloc(starts, model%crack_start)
+    end if
     asks = ''
     if (allocated(scene%settings%crack_toughness)) asks = 'cracks.toughness'
     if (scene%settings%measures_tips) asks = 'output.cracks'
@@ -60,8 +67,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    if (size(tips) == 0) call fail(error, status_bad_input, given_at(scene%words, asks)// &
-                                   ': expected a joint that ends inside a block with '//asks//', found none')
+    if (size(tips) == 0 .and. scene%settings%crack_begin_joint == 0) &
+      call fail(error, status_bad_input, given_at(scene%words, asks)//': expected a joint that ends inside a block with '// &
+                asks//', found none')
     do i = 1, size(tips)
       call check_tip(scene, model, asks, tips(i), error)
       if (allocated(error)) return

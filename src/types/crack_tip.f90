@@ -3,7 +3,7 @@ module scree_crack_tip
   use scree_kinds, only: dp
   implicit none
   private
-  public :: crack_tip_t, tip_disc_t
+  public :: crack_start_t, crack_tip_t, tip_disc_t
 
   !> Sides of a triangle from where the faces of a crack end back to the tip of its field. Around an end linear triangles are too
   !> stiff, and far from it their field is that of a shorter crack. In mode I of 16 meshes with the end in a node the way is 0.27
@@ -47,5 +47,15 @@ module scree_crack_tip
     real(dp), allocatable :: path(:, :)   !! (2, n) the crack from the tip back to where it ends or branches
     type(tip_disc_t) :: disc
   end type crack_tip_t
+
+  !> A place of an outline where a crack may begin, in the configuration of the start and the coordinates of the model.
+  type :: crack_start_t
+    real(dp) :: place(2) = 0.0_dp         !! length
+    real(dp) :: inward(2) = 0.0_dp        !! along the bisector of the corner, or normal to the edge, of length 1
+    real(dp) :: swing = 0.0_dp            !! largest angle of a crack from that direction, rad
+    integer :: element = 0                !! one that has a vertex there
+    integer :: block = 0
+    real(dp) :: edge = 0.0_dp             !! longest side of the triangle of that element
+  end type crack_start_t
 
 end module scree_crack_tip

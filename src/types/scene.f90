@@ -205,6 +205,7 @@ module scree_scene
     real(dp), allocatable :: crack_strength(:)  !! (n_materials) mean tension at which tips grow; 0: none, force/length^2
     real(dp), allocatable :: crack_toughness(:) !! (n_materials) K_Ic at which tips grow; 0: none, force/length^(3/2)
     real(dp) :: crack_length = 0.0_dp       !! radius of the half disc of that mean, length
+    integer :: crack_begin_joint = 0        !! joint material of cracks that begin by themselves; 0: none begins
     integer :: crack_parts = 0              !! blocks that may break off, for which the results have room
     logical :: nested = .false.             !! the open-close iteration runs inside each iteration of the deformation
     integer :: fixed = fixed_exact

@@ -93,6 +93,7 @@ module scree_state
   type :: cracks_t
     real(dp), allocatable :: piece(:, :)       !! (4, n) x1 y1 x2 y2 from the tip on, at the start, by the blocks, length
     integer, allocatable :: joint(:)           !! (n) joint material of their faces
+    integer, allocatable :: tip(:)             !! (n) number of the tip that ends there
     real(dp), allocatable :: time(:)           !! (n) of the run, when they grew; those of one time were cut at once
   end type cracks_t
 
