@@ -1,4 +1,4 @@
-"""Cases of cracks: stress intensity, and growth by it."""
+"""Cases of cracks: stress intensity, growth by it, and where cracks begin."""
 import math
 
 import numpy as np
@@ -7,6 +7,7 @@ from .cases import DECKS, Row, case
 from .references import CRACKS, kink_angle
 
 INTENSITY, GROWTH, STRUCK = DECKS / "k1-intensity", DECKS / "k2-growth", DECKS / "k7-kalthoff"
+BEGINNING = DECKS / "k10-beginning"
 
 
 def intensity(r):
@@ -75,3 +76,51 @@ def k7(run):
         kinks = first_kinks(r, 0)
         yield Row(f"first kink{words}", 70.0, kinks[0], 5.0, 1.0)
         yield Row(f"blocks at the end{words}", 2.0, r.bodies.present[-1].sum(), 0.0)
+
+
+def mean_beside_hole(radius, n=600):
+    """Mean tension over the half disc of a radius at the side of a hole of radius 1, over the tension far away (Kirsch 1898)."""
+    r, t = radius * np.sqrt((np.arange(n) + 0.5) / n)[:, None], math.pi * ((np.arange(n) + 0.5) / n - 0.5)
+    x, y = 1 + r * np.cos(t), r * np.sin(t)
+    b, angle = 1 / (x * x + y * y), np.arctan2(y, x)
+    radial = (1 - b - (1 - 4 * b + 3 * b * b) * np.cos(2 * angle)) / 2
+    hoop = (1 + b + (1 + 3 * b * b) * np.cos(2 * angle)) / 2
+    shear = (1 + 2 * b - 3 * b * b) * np.sin(2 * angle) / 2
+    return float(((radial + hoop) / 2 - (radial - hoop) / 2 * np.cos(2 * angle) + shear * np.sin(2 * angle)).mean())
+
+
+def new_faces(r):
+    """Ends of the edges that cracks have made in a run (edges, end, xy), at the start."""
+    ends = [(a, b) for polygon, early, late in zip(r.polygons(0), *(np.split(r.joints(k), r["VTKHDF/Offsets"][1:-1]) for k in (0, -1)))
+            for a, b, was, now in zip(polygon, np.roll(polygon, -1, axis=0), early, late) if was < 0 < now]
+    return np.array(ends).reshape(-1, 2, 2)
+
+
+def strength_of(run, deck, expected):
+    """Largest strength at which a crack begins in a deck, over one that is expected, and the faces of that crack."""
+    low, high, faces = 0.9, 1.1, None
+    while high - low > 5e-3 or faces is None:
+        middle = (low + high) / 2
+        found = new_faces(run(BEGINNING / f"{deck}.ana", name=f"k10-{deck}", settings=[f"cracks.strength={middle * expected}", "step.count=2"]))
+        low, high, faces = (middle, high, found) if len(found) else (low, middle, faces)
+    return (low + high) / 2, faces
+
+
+@case
+def k10(run):
+    """Cracks that begin without a notch: load, place and direction."""
+    length, xi = 0.3, 1 / 1.3
+    share, faces = strength_of(run, "hole", 1e6 * mean_beside_hole(length))
+    yield Row("load of a hole, over that of the half disc", 1.0, 1 / share, 0.03)
+    yield Row("load of a hole, over that of a line (Whitney)", 1.0, (2 - xi**2 - xi**4) / (2 * (1 - xi)) / mean_beside_hole(length) / share, 0.03)
+    places = faces.reshape(-1, 2)
+    from_hole = np.hypot(*places.T)
+    start, tip = places[np.argmin(from_hole)], places[np.argmax(from_hole)]
+    yield Row("its place, degrees from the side of the hole", 0.0, math.degrees(math.atan2(start[1], abs(start[0]))), 5.0, 1.0)
+    yield Row("its direction, degrees from across the load", 0.0, math.degrees(math.atan2(tip[1] - start[1], abs(tip[0] - start[0]))), 5.0, 1.0)
+    share, faces = strength_of(run, "slab", 3 * 26e3 * 36 * (5 / 6) * (1 - 8 * 0.25 / (3 * math.pi)))
+    yield Row("load of a slab, over that of the beam", 1.0, 1 / share, 0.05)
+    yield Row("its place, from the middle of the slab, m", 0.0, faces[..., 0].mean(), 0.1, 1.0)
+    r = run(BEGINNING / "bar.ana", name="k10-bar")
+    yield Row("blocks of a bar that is pulled at its strength", 2.0, r.bodies.present[-1].sum(), 0.0)
+    yield Row("place of its crack, m", 1.0, new_faces(r)[..., 1].mean(), 0.1, 1.0)
