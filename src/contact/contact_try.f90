@@ -1,5 +1,6 @@
 !> The contacts in the iteration of one step.
 module scree_contact_try
+  use scree_anderson, only: anderson_t
   use scree_contact_geometry, only: acting_rows_t, entrance_geometry_t
   use scree_contact_quantities, only: entrance_start_t, gap_and_slip_t
   use scree_contacts, only: contact_law_t, contact_t, count_states, state_open
@@ -45,6 +46,7 @@ module scree_contact_try
     logical :: all_clear = .false.                       !! bodies that no other is near went no farther than is looked at there
     logical :: pulls_fall = .true.                       !! of bonds that soften, as they open; else they are constant
     integer :: softenings = 0                            !! times that the damage of bonds has followed in the step
+    type(anderson_t) :: damages                          !! what that iteration remembers of the damage
     logical :: lines_stay = .false.                      !! entrances that act, and anchors, as they are
     integer :: count(3) = 0                              !! contacts open, sliding, locked
     integer :: changes = 0                               !! of states, in the last judgement
@@ -75,6 +77,7 @@ contains
     try%lines_stay = .false.
     try%pulls_fall = .true.
     try%softenings = 0
+    try%damages = anderson_t()
     try%changes = 0
     any_contact = try%last >= try%first
   end subroutine take_island

@@ -5,6 +5,7 @@
 !> multipliers, `hold_contacts` lets them follow the forces of the springs until no overlap above a bound is left. Changes that make
 !> forces jump wait until all states have settled: `return_anchors`, `break_bonds`, `follow_stress`.
 module scree_open_close
+  use scree_anderson, only: mix_step
   use scree_bond_rules, only: bond, damage_after, softens_in_tension
   use scree_contact_quantities, only: contact_force_t, entrance_start_t, gap_and_slip_t
   use scree_contact_rules, only: anchor_what_closes, decides_outside, force_to_hold, forgives_faint_forces, gaps_and_slips, &
@@ -36,6 +37,8 @@ module scree_open_close
   real(dp), parameter :: of_the_worst = 0.53_dp
   !> Change of the damage of a bond below which it counts as the same.
   real(dp), parameter :: same_damage = 1e-6_dp
+  !> Rounds of the damage of bonds from which the next one is extrapolated.
+  integer, parameter :: rounds_mixed = 5
   !> Relative change of friction below which it counts as the same.
   real(dp), parameter :: same_friction = 1e-6_dp
   !> A change of a gap below this ratio to the terms that cancel in it is round-off.
@@ -312,7 +315,7 @@ contains
   !> Breaks bonds that are pulled beyond their strength when the step has settled with them, if their excess is above `of_the_worst`
   !> times the largest excess. The released load may unload other bonds, so these are judged in the next round. Where none breaks,
   !> bonds that soften follow.
-  pure subroutine break_bonds(model, d, try, enough)
+  subroutine break_bonds(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
@@ -350,37 +353,58 @@ contains
 
   !> Lets the damage of bonds that soften follow the gaps and slips at which the step has settled. A bond that is pulled apart
   !> opens.
-  pure subroutine soften_bonds(model, d, try, enough)
+  !>
+  !> A bond that has lost strength gives way, which damages it and its neighbours again. Where the bodies are hardly stiffer than
+  !> the bonds fall, that series converges slowly, and Anderson's extrapolation sums it up. In the second half of the rounds the
+  !> damage only grows, which ends.
+  subroutine soften_bonds(model, d, try, enough)
     type(model_t), intent(in) :: model
     real(dp), intent(in) :: d(:)              !! (n_unknowns)
     type(contact_try_t), intent(inout) :: try
     logical, intent(out) :: enough            !! the damage stays
     type(contact_force_t) :: force
     type(gap_and_slip_t) :: now(2)
-    real(dp) :: damage
-    integer :: i
+    real(dp), dimension(try%last - try%first + 1) :: before, least, step
+    integer :: i, j
 
     enough = .true.
     if (.not. joints_soften(try%law)) return
+    before = 0.0_dp
+    least = 0.0_dp
+    step = 0.0_dp
     do i = try%first, try%last
       associate (contact => try%contact(i), k => try%contact(i)%active, &
                  entrance => try%contact(i)%entrance(try%contact(i)%active))
         if (.not. entrance%memory%bonded .or. entrance%state == state_open) cycle
+        j = i - try%first + 1
+        before(j) = entrance%memory%damage
+        least(j) = try%start(k, i)%damage
         now = gaps_and_slips(model, try, i, d)
         call press(try, i, now, force)
-        damage = damage_after(try%law, try%start(k, i), now(k), force%along, entrance)
-        if (2*try%softenings > most_softenings) damage = max(damage, entrance%memory%damage)
-        if (abs(damage - entrance%memory%damage) > same_damage) enough = .false.
-        if (damage >= 1 .and. now(k)%gap > 0) then
+        step(j) = damage_after(try%law, try%start(k, i), now(k), force%along, entrance) - before(j)
+        if (before(j) + step(j) >= 1 .and. now(k)%gap > 0) then
           enough = .false.
           entrance%state = state_open
           contact%entrance%memory%bonded = .false.
         end if
-        entrance%memory%damage = damage
+      end associate
+    end do
+    if (any(abs(step) > same_damage)) enough = .false.
+    if (.not. enough) then
+      try%softenings = try%softenings + 1
+      if (2*try%softenings > most_softenings) then
+        step = max(0.0_dp, step)
+      else
+        call mix_step(try%damages, rounds_mixed, 1.0_dp, spread(1.0_dp, 1, size(step)), before, step)
+      end if
+    end if
+    do i = try%first, try%last
+      associate (entrance => try%contact(i)%entrance(try%contact(i)%active))
+        j = i - try%first + 1
+        if (abs(step(j)) > 0) entrance%memory%damage = min(1.0_dp, max(least(j), before(j) + step(j)))
       end associate
     end do
     try%count = count_states(try%contact(try%first:try%last))
-    if (.not. enough) try%softenings = try%softenings + 1
   end subroutine soften_bonds
 
   !> Updates the friction of joints whose friction depends on the contact stress, with the stress at `d`. This is done in static

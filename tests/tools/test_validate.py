@@ -211,6 +211,17 @@ def test_load_of_cantilevers():
     assert np.trapz(load, opening) - (stored[-1] - stored[0]) == pytest.approx(240.0 * 0.2, rel=1e-6)
 
 
+def test_notched_flexure():
+    """The energy released is P^2/2 dC/da; the length of the crack is found from the compliance, and the shear from Timoshenko's coefficient."""
+    beam = references.NotchedFlexure(1e10, 0.5, 0.05)
+    change = (beam.compliance(0.4 + 1e-5) - beam.compliance(0.4 - 1e-5)) / 2e-5
+    crack = beam.crack(beam.compliance(0.4))
+    assert crack == pytest.approx(0.4 + beam.longer) and beam.longer == pytest.approx(0.01271, abs=1e-5)
+    assert beam.energy(5e4, crack) == pytest.approx(5e4**2 / 2 * change, rel=1e-8)
+    whole = references.TimoshenkoBeam(0.5, 0.1, 1e10, 0.0, 1.0)  # half of a beam that is not cracked, under half of the load
+    assert beam.compliance(-beam.longer) == pytest.approx(whole.deflection(0.5))
+
+
 @pytest.mark.parametrize("ratio, amplitude", [(2, 1.2233), (4, 1.7811)])
 def test_block_under_one_cycle_of_a_sine(ratio, amplitude):
     """Amplitudes of an integration by fixed steps; a block that does not lift does not tilt."""

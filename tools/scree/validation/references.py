@@ -219,6 +219,30 @@ class Cantilevers:
         return math.sqrt(self.energy * self.bending) / np.sqrt(1.5 * opening * math.sqrt(self.bending / self.energy))
 
 
+class NotchedFlexure:
+    """A beam on three points of span 2 L, of two layers of height h that a crack a from one end parts (end notched flexure): its compliance, and the
+    energy released by the crack (Russell and Street 1985). The tip gives way as a crack longer by 0.42 chi h (Wang and Williams 1992), and
+    shear by 0.6 L/E h, with nu = 0 and unit width."""
+
+    def __init__(self, young, half, height):
+        self.young, self.half, self.height = young, half, height
+        way = 1.18 * 2  # E over the shear modulus
+        self.longer = 0.42 * height * math.sqrt(2 / 11 * (3 - 2 * (way / (1 + way))**2))
+
+    def compliance(self, crack):
+        """Deflection of the middle over the load there."""
+        return ((2 * self.half**3 + 3 * (crack + self.longer)**3) / (8 * self.height**3) + 0.6 * self.half / self.height) / self.young
+
+    def crack(self, compliance):
+        """Length of the crack, with what the tip makes it longer, at which a beam has a compliance."""
+        bent = 8 * self.height**3 * (self.young * compliance - 0.6 * self.half / self.height)
+        return np.cbrt((bent - 2 * self.half**3) / 3)
+
+    def energy(self, load, crack):
+        """Energy that the crack releases over its area, at its length with what the tip makes it longer."""
+        return 9 * (load * crack)**2 / (16 * self.young * self.height**3)
+
+
 class Rocking:
     """A rigid block of half width b and half height h that rocks about its lower corners (Housner 1963)."""
 

@@ -7,6 +7,9 @@ from ..block_files import box, turned
 from ..model import Model
 from . import references
 
+FLEXURE = ((0, 1, 2, 12), (0.0, 0.05, 0.75, 1.0))  # times, and shares of the way of the press of a notched beam
+STRIP = (0.0, 0.9, 1.03)  # movement of the grips of a strip over that of Griffith, at 0, 1 and 12 s
+
 
 def on_base(name, title, base, block, phi, velocity=(0, 0, 0), density=2500, young=1e10, gravity=9.81):
     """A block on a fixed base, measured in its middle: corners, and the friction angle between them in degrees."""
@@ -104,18 +107,23 @@ def shaken_base():
     return m
 
 
-def strip():
-    """A strip of 0.6 x 0.2 with a crack along its middle, bonded beyond 0.245374; grips at each node of its mesh move its edges apart."""
-    m = Model("j4-strip", title="A strip that grips pull apart has a crack along its bonded middle.")
+def strip(sheared=False):
+    """A strip of 0.6 x 0.2 with a crack along its middle, bonded beyond 0.245374; grips at each node of its mesh move its edges apart, or along it."""
+    m = Model("j4-strip", title="A strip that grips pull apart, or shear, has a crack along its bonded middle.")
     m.material("plate", density=2500, young=1e10, poisson=0, unit_weight=0)
     m.joint_material("crack", phi=0)
-    m.joint_material("bond", phi=45, cohesion=1e7, tensile_strength=1e6, energy=5.78)
+    if sheared:
+        m.joint_material("bond", phi=0, cohesion=1e6, tensile_strength=1e8, shear_energy=5.78)
+    else:
+        m.joint_material("bond", phi=45, cohesion=1e7, tensile_strength=1e6, energy=5.78)
     joints, tip = ["crack", "bond", "crack", "crack", "crack"], (0.245374, 0)
     m.block("upper", [(0, 0), tip, (0.6, 0), (0.6, 0.1), (0, 0.1)], joint=joints)
     m.block("lower", [(0, -0.1), (0.6, -0.1), (0.6, 0), tip, (0, 0)], joint=["crack", "crack", "bond", "crack", "crack"])
     nodes = [*np.arange(84) * 0.0072168785, 0.6]
+    griffith = math.sqrt(5.78 * 0.1 / (5e9 if sheared else 1e10))
     for name, side in ("upper", 1), ("lower", -1):
-        m.fix(name, *((x, 0.1 * side) for x in nodes), move=[(0, 0, 0), (1, 0, 6.842368e-6 * side), (12, 0, 7.8307101e-6 * side)])
+        ways = [side * griffith * share for share in STRIP]
+        m.fix(name, *((x, 0.1 * side) for x in nodes), move=[(t, way, 0) if sheared else (t, 0, way) for t, way in zip((0, 1, 12), ways)])
     m.static(balance=None, steps=12, size=1)
     m["method.model"], m["method.strain"], m["cover.edge"], m["output.every"] = "nmm", "small", 0.014433757, 1
     m["cover.origin"] = [0, 0]
@@ -139,5 +147,27 @@ def cantilevers(rows):
         m.fix(name, (0, side * arms.height / 2), move=[(0, 0, 0), (1, 0, 0.15 * side * end), (steps, 0, 0.5 * side * end)])
     m.static(balance=None, steps=steps, size=1)
     m["method.model"], m["method.strain"], m["cover.edge"], m["output.every"] = "nmm", "small", edge, 1
+    m["cover.origin"] = [0, 0]
+    return m
+
+
+def notched_flexure(rows):
+    """The beam of `references.NotchedFlexure(1e10, 0.5, 0.05)` with so many rows of triangles in a layer, a crack of 0.35 and bonds of 240 N/m
+    that soften in shear; its middle is pressed down. The bonds soften over six edges, pi/4 (E G h)^(1/2)/c."""
+    half, height, young, energy, steps = 0.5, 0.05, 1e10, 240.0, 12
+    edge = height / rows / math.sin(math.pi / 3)
+    cohesion = math.pi / 4 * math.sqrt(young * energy * height) / (6 * edge)
+    m = Model("j6-flexure", title="A beam on three points, cracked at one end, shears off along its bonded middle.")
+    m.material("layer", density=2500, young=young, poisson=0, unit_weight=0)
+    m.joint_material("crack", phi=0)
+    m.joint_material("bond", phi=0, cohesion=cohesion, tensile_strength=10 * cohesion, shear_energy=energy)
+    joints, tip = ["crack", "bond", "crack", "crack", "crack"], (0.35, 0)
+    m.block("upper", [(0, 0), tip, (2 * half, 0), (2 * half, height), (0, height)], joint=joints)
+    m.block("lower", [(0, -height), (2 * half, -height), (2 * half, 0), tip, (0, 0)], joint=["crack", "crack", "bond", "crack", "crack"])
+    m.support("feet", points=[(0, -height / 2), (2 * half, -height / 2)], hold="y")  # points, as an edge that is held cannot turn
+    m.fix("press", (half, height), move=[(t, 0, -2.72e-3 * share) for t, share in zip(FLEXURE[0], FLEXURE[1])])
+    m.measure("middle", (half, -1e-7))
+    m.static(balance=None, steps=steps, size=1)
+    m["method.model"], m["method.strain"], m["cover.edge"], m["output.interval"] = "nmm", "small", edge, 4
     m["cover.origin"] = [0, 0]
     return m
