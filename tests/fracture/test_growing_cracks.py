@@ -95,6 +95,35 @@ def test_a_path_turns_with_the_scene(law, off, tmp_path):
         assert path == pytest.approx(paths[0], abs=off)
 
 
+def held(folder, quarter_turns, steps=14):
+    """A plate of 1 x 2 with a crack at 30 degrees, pulled by two rows of points that turn with it in a static run: to the load at which it
+    grows in eight steps, then on."""
+    points = [(x, y) for y in (-0.95, 0.95) for x in np.linspace(-0.45, 0.45, 5)]
+    crack = np.array([math.cos(math.radians(30)), math.sin(math.radians(30))]) / 4
+    rows = [(-0.5, -1, 0.5, -1), (0.5, -1, 0.5, 1), (0.5, 1, -0.5, 1), (-0.5, 1, -0.5, -1), (*-crack, *crack)]
+    tables = []
+    for x, y in points:
+        moved = [complex(x, y + math.copysign(5e-5 * min(k, 8) / 8 + 5e-6 * max(k - 8, 0), y)) * np.exp(0.5j * math.pi * quarter_turns * k / steps)
+                 - complex(x, y) for k in range(steps + 1)]
+        tables.append(" ".join(f"{k} {z.real:.17g} {z.imag:.17g}" for k, z in enumerate(moved)))
+    (folder / "held.geo").write_text("\n".join([
+        "1e-6", "5 4", "0", "0", f"{len(points)}", "0", "0", "0", *(" ".join(f"{x:.17g}" for x in row) + " 1" for row in rows),
+        *(f"{x} {y} {x} {y}" for x, y in points), ""]))
+    (folder / "held.ana").write_text("\n".join([
+        f"0 {steps} 1 1 0.05 1 0", " ".join([str(steps + 1)] * len(points)), *tables, "2.6 0 2e10 0.25", "0 0 0", "0 0 0", "0 0 0", "30 0 0",
+        "&deck geometry='held.geo', dialect='shi' /", "&method model='nmm', plane='strain', strain='green' /",
+        "&cover edge=0.06, origin=0.0137 0.0071 /", "&cracks toughness=9e5 /", "&output every=1, cracks='tips' /", ""]))
+    return scree.run(folder / "held.ana", output=folder / f"held{quarter_turns}.h5", timeout=600)
+
+
+def test_a_plate_that_turns_by_90_degrees_before_and_while_it_cracks_has_the_same_path(tmp_path):
+    """Static, held by points that move: the first half of the turn comes before the crack grows, the second as it grows."""
+    still, turning = held(tmp_path, 0), held(tmp_path, 1)
+    assert still._layouts.count > 4 and still.history.cracks.length[7, 0] == still.history.cracks.length[0, 0]
+    assert turning.displacement(-1).max() > 0.5
+    assert crack_edges(turning) == pytest.approx(crack_edges(still), abs=1e-6)
+
+
 def test_a_crack_grows_at_its_strength_and_not_below(tmp_path):
     """The load at which the first piece grows is that at which the mean tension before the tip, linear in the load, is the strength."""
     grown = []

@@ -35,6 +35,16 @@ def test_kinks_of_cracks():
     assert references.kink_angle(2.0, 0.0) == (0.0, 2.0)
 
 
+def test_double_cantilever():
+    """The load is that which has the energy of the crack, and its work over the opening is that of the compliance."""
+    arms = references.DoubleCantilever(0.05, 1e10, 240.0)
+    assert arms.length(arms.opening(0.2)) == pytest.approx(0.2)
+    d = arms.opening(0.2)
+    assert 12 * (arms.load(d) * (0.2 + 0.673 * 0.05))**2 / (1e10 * 0.05**3) == pytest.approx(240.0)
+    slender = references.DoubleCantilever(1e-3, 1e10, 240.0)  # of beams alone: P = d E h^3/(8 a^3)
+    assert slender.load(slender.opening(0.2)) == pytest.approx(slender.opening(0.2) * 1e10 * 1e-9 / (8 * 0.2**3), rel=0.02)
+
+
 def test_dilating_joints():
     """Without dilation nothing lifts; the work of the push is that of friction, the rise and the speed."""
     assert references.dilating_ride(8.0, 10.0, 30, 0, 0.2) == pytest.approx((0.5 * (8 - 10 * math.tan(30 * RADIAN)) * 0.04, 0))
@@ -323,7 +333,8 @@ BLOCKS = {"m6-roof-wedge/wedge.blk": 5, "p1-confined-column/stack.geo": 10,
           "p1-confined-column/column.geo": 1, "p4-cantilever/beam.geo": 1, "n1-cantilever/cantilever.geo": 1, "p2-k0/k0.geo": 1,
           "w1-wave/column.geo": 1, "w3-free-field/layer.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
           "e9-column/column.geo": 1, "e10-rod/rod.geo": 1, "e8-patch/patch.geo": 1, "e2-spin/square.geo": 1, "e5-elastica/beam.geo": 1,
-          "e12-kirsch": 1, "e11-brazilian": 1, "k1-intensity": 1, "k2-growth": 1, "k7-kalthoff": 1, "k10-beginning": 1,
+          "e12-kirsch": 1, "e11-brazilian": 1, "k1-intensity": 1, "k2-growth": 1, "k3-cantilevers": 1,
+          "k4-strip": 1, "k7-kalthoff": 1, "k8-overhang": 1, "k10-beginning": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3, "m2-toppling/columns.blk": 17,
           "m3-arch/arch16.blk": 17, "m13-pushed-arch": 9, "m4-overhang/overhang95.blk": 5, "m9-wall/wall10.blk": 106}  # of files and folders that have other than two
 

@@ -4,10 +4,12 @@ import math
 import numpy as np
 
 from .cases import DECKS, Row, case
-from .references import CRACKS, kink_angle
+from .references import CRACKS, DoubleCantilever, kink_angle
 
 INTENSITY, GROWTH, STRUCK = DECKS / "k1-intensity", DECKS / "k2-growth", DECKS / "k7-kalthoff"
 BEGINNING = DECKS / "k10-beginning"
+ARMS, STRIP, OVERHANG = DECKS / "k3-cantilevers", DECKS / "k4-strip", DECKS / "k8-overhang"
+ENERGY, MODULUS = {"arms": 240.0, "strip": 100.0}, 1e10 / (1 - 0.2**2)
 
 
 def intensity(r):
@@ -69,6 +71,34 @@ def k2(run):
 
 
 @case
+def k3(run):
+    """Crack that grows between the arms of a double cantilever."""
+    for name, height, first, last in ("thick", 0.05, 0.15, 0.3), ("thin", 0.03, 0.12, 0.22):
+        arms = DoubleCantilever(height, MODULUS, ENERGY["arms"])
+        r = run(ARMS / f"{name}.ana", name=f"k3-{name}")
+        opening = np.interp(r.history.time, [1, 60], [0.9 * arms.opening(first), arms.opening(last)])
+        length = r.history.cracks.length[:, 0]
+        grows = np.cumsum(np.diff(length, prepend=length[0]) > 1e-3) > 0
+        for words, found, expected in ("length", length, arms.length(opening)), ("load", np.asarray(r.history.support_force), arms.load(opening)):
+            yield Row(f"mean {words} as the crack grows, over that of beams, arms {1e3 * height:g} mm high", 1.0,
+                      float((found / expected)[grows].mean()), 0.03)
+
+
+@case
+def k4(run):
+    """Crack that runs through a strip between grips."""
+    reference, starts = math.sqrt(ENERGY["strip"] * 0.1 / MODULUS), []
+    for length in 0.2, 0.3:
+        r = run(STRIP / "strip.ana", name=f"k4-{length}", settings=[f"line(6).x2={length}"])
+        grown = np.diff(r.history.cracks.length[:, 0]) > 1e-3
+        first = np.argmax(grown)
+        starts.append(0.97 * reference + 0.06 * reference * (r.history.time[first] - 1) / 24)
+        yield Row(f"opening at which it starts, over that of Griffith, {length:g} m long", 1.0, starts[-1] / reference, 0.03)
+        yield Row(f"part of the later steps in which it grows, {length:g} m long", 1.0, float(grown[first:].mean()), 0.0)
+    yield Row("openings of the two lengths, ratio", 1.0, starts[1] / starts[0], 0.005)
+
+
+@case
 def k7(run):
     """Notch in a plate that is struck, which runs (Kalthoff and Winkler)."""
     for words, angle in (("", 0), (", mesh turned by 17 degrees", 17)):
@@ -76,6 +106,21 @@ def k7(run):
         kinks = first_kinks(r, 0)
         yield Row(f"first kink{words}", 70.0, kinks[0], 5.0, 1.0)
         yield Row(f"blocks at the end{words}", 2.0, r.bodies.present[-1].sum(), 0.0)
+
+
+@case
+def k8(run):
+    """Slab that overhangs, breaks at a notch and falls."""
+    for name, thick in ("thick", 1.0), ("thin", 0.5):
+        r = run(OVERHANG / f"{name}.ana", name=f"k8-{name}")
+        load = r.history.time[np.argmax(np.diff(r.history.cracks.length[:, 0]) > 1e-6)]  # share of the weight, which grows in 1 s
+        yield Row(f"load at which it breaks, over that of a beam, {thick:g} m thick", 1.0, load / 0.9, 0.05)
+        last = r.history.time[np.flatnonzero(np.asarray(r.history.contacts).any(axis=1))[-1]]  # step with contact
+        free = np.argmax(r.times > max(last, 1.0))
+        part = np.argmin(r.bodies.velocity[-1, :, 1])
+        time = r.times[-1] - r.times[free]
+        fall = r.bodies.centroid[free, part, 1] - r.bodies.centroid[-1, part, 1] + r.bodies.velocity[free, part, 1] * time
+        yield Row(f"fall of its centre beyond uniform motion, over g t^2/2, {thick:g} m thick", 1.0, fall / (5 * time**2), 1e-6)
 
 
 def mean_beside_hole(radius, n=600):

@@ -1,5 +1,6 @@
 """Answers of the validation cases: closed forms, and the motion of rigid bodies integrated."""
 import cmath
+import dataclasses
 import math
 
 import numpy as np
@@ -702,3 +703,23 @@ def kink_angle(K_I, K_II):
 
     t = bisect(lambda t: slope(t) > 0, 0.0, -math.pi / 2) if K_II else 0.0
     return math.degrees(t), math.cos(t / 2)**2 * (K_I * math.cos(t / 2) - 3 * K_II * math.sin(t / 2))
+
+
+
+@dataclasses.dataclass
+class DoubleCantilever:
+    """Two arms with a crack between them that grows at an energy per area, by G = 12 (P (a + 0.673 h))^2/(E' h^3) and the compliance that
+    this G has, per unit thickness (Foote and Buchwald 1985)."""
+    height: float
+    modulus: float
+    energy: float
+
+    def opening(self, length):
+        """Way between the ends of the arms at which the crack has a length."""
+        return 4 * (length + 0.673 * self.height)**2 * math.sqrt(self.energy / (3 * self.modulus * self.height**3))
+
+    def length(self, opening):
+        return np.sqrt(opening / self.opening(1 - 0.673 * self.height)) - 0.673 * self.height
+
+    def load(self, opening):
+        return self.modulus * self.height**3 * opening / (8 * (self.length(opening) + 0.673 * self.height)**3)
