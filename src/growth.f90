@@ -6,15 +6,21 @@ module scree_growth
   use scree_crack_cutting, only: cut_blocks
   use scree_crack_growth, only: find_growth
   use scree_crack_piece, only: growth_t
+  use scree_crack_speed, only: rayleigh_speed
   use scree_crack_tip, only: crack_tip_t
   use scree_equilibrium, only: begin_settling
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
+  use scree_hold, only: hold_t
   use scree_kinds, only: dp
+  use scree_element_term, only: term_t
   use scree_lineage, only: lineage_of, lineage_t
   use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, tell
   use scree_scene, only: scene_t
-  use scree_state, only: cracks_t, state_t, time_of_run
+  use scree_regions, only: first_vertex_of, last_vertex_of
+  use scree_reactions, only: forces_at_rest
+  use scree_state, only: cracks_t, pace_t, state_t, time_of_run
+  use scree_system, only: values_of
   use scree_text, only: number_text, place_text, rounded_text
   use scree_watch, only: watch_t
   implicit none
@@ -42,6 +48,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(growth_t) :: growth
     type(cracks_t) :: own
+    type(lineage_t) :: lineage
+    real(dp), allocatable :: duration(:)
+    real(dp) :: shift(2)
     integer :: i, n, n_before
 
     if (.not. model%settings%cracks_may_grow()) return
@@ -51,17 +60,22 @@ contains
       return
     end if
     call find_growth(model, cache, state, growth)
+    if (allocated(state%hold)) call move_tips(model, state%pace, state%hold, growth)
     call tell_tips(model, growth%tip, watch, progress)
     call tell_beginnings(model, growth, progress)
     n = size(growth%tip)
     if (n == 0) return
     n_before = size(blocks%material)
+    duration = durations_of(scene, model, growth)
     own%piece = growth%piece + spread([model%origin - blocks%origin, model%origin - blocks%origin], 2, n)
     own%joint = growth%joint
     own%tip = growth%number
     own%time = [(time_of_run(state), i=1, n)]
-    call cut_model(scene, own, blocks, model, cache, state, watch, parent, error)
+    call cut_model(scene, own, blocks, model, cache, state, watch, lineage, error)
     if (allocated(error)) return
+    parent = lineage%element
+    shift = blocks%origin - model%origin
+    call hold_faces(lineage, own%piece + spread([shift, shift], 2, n), growth%number, duration, model, cache, state)
     if (.not. allocated(state%cracks)) &
       state%cracks = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [integer ::], [real(dp) ::])
     associate (all_of_them => state%cracks)
@@ -77,6 +91,125 @@ contains
       call fail(error, status_run_failed, 'a block breaks off for which the results have no room; try cracks.parts above '// &
                 number_text(model%settings%crack_parts))
   end subroutine grow_cracks
+
+  !> Lets tips go on through the triangles of their new faces, while they break the rock and no faster than Rayleigh waves, and
+  !> leaves those out of the growth that are still on their way. A tip that has met a face goes on at once.
+  subroutine move_tips(model, pace, hold, growth)
+    type(model_t), intent(in) :: model
+    type(pace_t), intent(in) :: pace
+    type(hold_t), intent(inout) :: hold
+    type(growth_t), intent(inout) :: growth
+    integer, allocatable :: on_its_way(:)
+    logical :: goes(size(growth%tip))
+    integer :: i, p
+
+    associate (breaks => growth%number)
+      do p = 1, size(hold%tip)
+        hold%next(p) = hold%share(p)
+        if (any(breaks == hold%tip(p)) .or. .not. any(model%tip%number == hold%tip(p))) &
+          hold%next(p) = share_after(hold%share(p), pace%last, hold%duration(p))
+      end do
+      on_its_way = pack(hold%tip, hold%next > 0)
+      goes = [(.not. any(on_its_way == breaks(i)), i=1, size(goes))]
+    end associate
+    growth%tip = pack(growth%tip, goes)
+    growth%number = pack(growth%number, goes)
+    growth%joint = pack(growth%joint, goes)
+    growth%piece = growth%piece(:, pack([(i, i=1, size(goes))], goes))
+  end subroutine move_tips
+
+  !> Times in which tips pass the pieces by which they grow, no faster than Rayleigh waves. In a static run, and where a crack
+  !> begins, 0.
+  function durations_of(scene, model, growth) result(duration)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(growth_t), intent(in) :: growth
+    real(dp) :: duration(size(growth%tip))
+    integer :: i
+
+    duration = 0.0_dp
+    if (model%effects%is_static()) return
+    do i = 1, size(duration)
+      if (growth%tip(i) == 0) cycle ! a crack that begins
+      associate (material => model%elements%material(model%tip(growth%tip(i))%element))
+        if (.not. scene%block_material(material)%density > 0) cycle
+        duration(i) = norm2(growth%piece(3:, i) - growth%piece(:2, i)) &
+                      /rayleigh_speed(model%effects%elasticity(:, :, material), scene%block_material(material)%density)
+      end associate
+    end do
+  end function durations_of
+
+  !> Factor of the forces between new faces at the end of a step. It falls evenly while a tip passes a piece.
+  elemental real(dp) function share_after(share, dt, duration)
+    real(dp), intent(in) :: share                !! at its beginning
+    real(dp), intent(in) :: dt                   !! size of the step, time
+    real(dp), intent(in) :: duration             !! of the passage, time
+
+    share_after = 0.0_dp
+    if (duration > 0) share_after = max(0.0_dp, share - dt/duration)
+  end function share_after
+
+  !> Has the sides of new faces hold each other, with the forces that they exerted on each other until they were cut.
+  subroutine hold_faces(lineage, piece, number, duration, model, cache, state)
+    type(lineage_t), intent(in) :: lineage
+    real(dp), intent(in) :: piece(:, :)          !! (4, n) x1 y1 x2 y2 by which tips have grown, in coordinates of the model, length
+    integer, intent(in) :: number(:)             !! (n) of these tips
+    real(dp), intent(in) :: duration(:)          !! (n) of the passage of each piece, time
+    type(model_t), intent(in) :: model           !! after the cut
+    type(cache_t), intent(in) :: cache
+    type(state_t), intent(inout) :: state
+    type(state_t) :: now
+    type(term_t) :: terms(model%n_elements)
+    real(dp) :: force(2, model%n_covers), mean(2, maxval(lineage%cover)), unknown(model%n_unknowns)
+    real(dp) :: nearest(model%n_covers), way(size(number))
+    integer :: copies(maxval(lineage%cover)), elements(model%n_covers), c, e, k, n_before, next(model%n_covers)
+
+    now = state
+    if (allocated(now%hold)) now%hold%next = now%hold%share
+    call forces_at_rest(model, cache, now, terms)
+    unknown = 0.0_dp
+    elements = 0
+    nearest = huge(nearest)
+    do e = 1, model%n_elements
+      associate (own => model%elements%unknown(:, e))
+        unknown(own) = unknown(own) + terms(e)%force &
+                       - matmul(cache%element(e)%mass_matrix, values_of(model%elements, e, state%acceleration))
+      end associate
+      associate (corner => model%start(:, first_vertex_of(model%elements%shape, e):last_vertex_of(model%elements%shape, e)))
+        way = [(norm2(0.5_dp*(piece(:2, k) + piece(3:, k)) - sum(corner, 2)/size(corner, 2)), k=1, size(number))]
+      end associate
+      associate (covers => model%elements%cover(:, e))
+        elements(covers) = elements(covers) + 1
+        where (nearest(covers) > minval(way)) next(covers) = minloc(way, 1)
+        nearest(covers) = min(nearest(covers), minval(way))
+      end associate
+    end do
+    force = reshape(unknown, shape(force))
+    mean = 0.0_dp
+    copies = 0
+    do c = 1, model%n_covers
+      associate (parent => lineage%cover(c))
+        copies(parent) = copies(parent) + 1
+        mean(:, parent) = mean(:, parent) + (force(:, c) - mean(:, parent))/copies(parent)
+      end associate
+    end do
+    if (.not. allocated(state%hold)) &
+      state%hold = hold_t(spread(0.0_dp*elements, 1, 2), 0*elements, [integer ::], [real(dp) ::], [real(dp) ::], [real(dp) ::])
+    associate (hold => state%hold)
+      n_before = size(hold%tip)
+      hold%tip = [hold%tip, number]
+      hold%duration = [hold%duration, duration]
+      hold%share = [hold%share, 0*duration + 1]
+      hold%next = [hold%next, share_after(1.0_dp, state%pace%last, duration)]
+      do c = 1, model%n_covers
+        if (copies(lineage%cover(c)) == 1) cycle
+        force(:, c) = (mean(:, lineage%cover(c)) - force(:, c))/elements(c)
+        if (hold%piece(c) > 0) force(:, c) = force(:, c) + hold%share(hold%piece(c))*hold%force(:, c)
+        hold%force(:, c) = force(:, c)
+        hold%piece(c) = n_before + next(c)
+      end do
+    end associate
+  end subroutine hold_faces
 
   !> Cuts blocks by the pieces of cracks that have grown so far, those of one time at once, as the run has done it.
   subroutine cut_by_cracks(cracks, blocks, error)
@@ -169,7 +302,7 @@ contains
   end subroutine set_up_cut
 
   !> Cuts the blocks of a model further, makes the model of them, and has the state go on in it.
-  subroutine cut_model(scene, cracks, blocks, model, cache, state, watch, parent, error)
+  subroutine cut_model(scene, cracks, blocks, model, cache, state, watch, lineage, error)
     type(scene_t), intent(in) :: scene           !! of the stage
     type(cracks_t), intent(in) :: cracks         !! further pieces, of one time
     type(blocks_t), intent(inout) :: blocks
@@ -177,18 +310,16 @@ contains
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     type(watch_t), intent(inout) :: watch
-    integer, allocatable, intent(out) :: parent(:) !! (n_elements) element before that each is part of
+    type(lineage_t), intent(out) :: lineage
     type(error_t), allocatable, intent(out) :: error
     type(model_t) :: cut
     type(state_t) :: on
-    type(lineage_t) :: lineage
 
     call set_up_cut(scene, cracks, model%tip, blocks, cut, on, error)
     if (allocated(error)) return
     lineage = lineage_of(model, cut)
     call carry_through_cut(model, state, lineage, cut, on)
     watch%soft = watch%soft(lineage%element)
-    parent = lineage%element
     call go_on_with(cut, on, model, cache, state)
     if (.not. model%settings%balance > 0) return
     call begin_settling(model, state)

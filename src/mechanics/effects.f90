@@ -7,6 +7,7 @@ module scree_effects
                                   work_on_absorbing_edges
   use scree_base_acceleration, only: add_base_acceleration, force_of_base, work_of_base
   use scree_bolt, only: add_bolts_of_element, bolt_energy, work_between
+  use scree_crack_hold, only: add_hold
   use scree_edge_load, only: add_edge_loads, size_of_edge_loads, work_of_edge_loads
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_fixed_point, only: add_fixed_springs, spring_energy, work_of_springs
@@ -120,6 +121,7 @@ contains
         if (effects%fixed_point%by_springs) &
           call add_fixed_springs(effects%fixed_point, e, state%point, rule%end_time, element, unknown, term)
       end if
+      if (allocated(state%hold)) call add_hold(state%hold, model%elements%cover(:, e), rule, term)
       if (allocated(effects%bolt)) &
         call add_bolts_of_element(effects%bolt, state%bolts, e, state%point, rule, element, unknown, term)
     end associate

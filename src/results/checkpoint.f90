@@ -6,6 +6,7 @@ module scree_checkpoint
   use scree_archive, only: archive_t
   use scree_contacts, only: contact_memory_t, contact_t, entrance_t
   use scree_errors, only: error_t
+  use scree_hold, only: hold_t
   use scree_kinds, only: dp
   use scree_factored, only: factored_t
   use scree_results_file, only: declare_series, put_series, results_t, rows_of_series, store_words
@@ -157,6 +158,7 @@ contains
     call visit_sleep(archive, state%sleep)
     call visit_settling(archive, state%settling)
     call visit_deviation(archive, state%deviation)
+    call visit_hold(archive, state%hold)
     call visit_books(archive, state%books)
     call archive%part('watch%energy', watch%energy)
     call archive%part('watch%scale', watch%scale)
@@ -301,6 +303,23 @@ contains
     call archive%array('cracks%time', own%time)
     if (archive%reading .and. allocated(own%piece)) call move_alloc(own, cracks)
   end subroutine visit_cracks
+
+  !> Forces between new faces of cracks, where there are any.
+  subroutine visit_hold(archive, hold)
+    type(archive_t), intent(inout) :: archive
+    type(hold_t), allocatable, intent(inout) :: hold
+    type(hold_t), allocatable :: own
+
+    if (allocated(hold)) own = hold
+    if (.not. allocated(own)) allocate (own)
+    call archive%array('hold%force', own%force)
+    call archive%array('hold%piece', own%piece)
+    call archive%array('hold%tip', own%tip)
+    call archive%array('hold%duration', own%duration)
+    call archive%array('hold%share', own%share)
+    call archive%array('hold%next', own%next)
+    if (archive%reading .and. allocated(own%force)) call move_alloc(own, hold)
+  end subroutine visit_hold
 
   !> Memory of bolts, where there are any.
   subroutine visit_bolts(archive, bolts)

@@ -53,7 +53,8 @@ module scree_run_records
     integer :: stages = 0
     integer :: parts = 0                              !! blocks that may break off
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
-               sleep = .false., removal = .false., departures = .false., softening = .false., bonds = .false., moving = .false.
+               sleep = .false., removal = .false., departures = .false., softening = .false., fracture = .false., &
+               bonds = .false., moving = .false.
   end type kinds_t
 
   character(len=*), parameter :: energy_unit = 'force*length/length'
@@ -79,8 +80,10 @@ contains
       kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
       if (allocated(effects%contact)) then
         kinds%softening = kinds%softening .or. joints_soften(effects%contact)
+        kinds%fracture = kinds%fracture .or. kinds%softening
         kinds%bonds = kinds%bonds .or. any(has_bonds(effects%contact))
       end if
+      kinds%fracture = kinds%fracture .or. s%cracks_may_grow()
       kinds%departures = kinds%departures .or. allocated(s%scene_rectangle)
       kinds%removal = kinds%removal .or. kinds%departures .or. .not. all(model%present)
     end associate
@@ -208,7 +211,8 @@ contains
       call a_step('overlap', [integer ::], 'length', 'deepest overlap of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
-      if (kinds%softening) call a_step('energy/fracture', [integer ::], energy_unit, 'energy lost in bonds', records%fracture)
+      if (kinds%fracture) call a_step('energy/fracture', [integer ::], energy_unit, 'energy lost in bonds and new faces', &
+                                      records%fracture)
     end subroutine declare_open_close
 
     !> Declares a series with a row each step.

@@ -167,7 +167,7 @@ contains
     associate (lost => lost_otherwise(summary))
       text = words(summary%given)//' supplied; friction took '//words(summary%friction)//', damping '//words(summary%damping)
       if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
-      if (summary%softens) text = text//', fracture '//words(summary%fracture)
+      if (summary%fractures) text = text//', fracture '//words(summary%fracture)
       if (summary%staged < 0) &
         text = text//trim(merge(', changes of stages', ', blocks that left ', allocated(summary%stage)))//' '// &
                words(-summary%staged)
@@ -466,7 +466,7 @@ contains
     call put(json, 'friction', summary%friction)
     call put(json, 'damping', summary%damping)
     if (summary%has_bolts) call put(json, 'bolts', summary%yield)
-    if (summary%softens) call put(json, 'fracture', summary%fracture)
+    if (summary%fractures) call put(json, 'fracture', summary%fracture)
     call put(json, 'asleep', summary%asleep)
     call put(json, 'lost_otherwise', lost_otherwise(summary))
     call put(json, 'share_lost', share_lost(summary))

@@ -8,6 +8,7 @@
 module scree_carry_over
   use scree_bolt, only: begin_bolt
   use scree_contacts, only: contact_t, state_open
+  use scree_hold, only: hold_t
   use scree_idle_points, only: are_idle, place_now
   use scree_joint_stiffness, only: change_stiffness, mean_of_bonds
   use scree_kinds, only: dp
@@ -136,9 +137,41 @@ contains
     call carry_points(model_before, before, lineage, model, state)
     call carry_contacts(model_before, before, lineage, model, state)
     if (allocated(before%cracks)) state%cracks = before%cracks
+    if (allocated(before%hold)) call carry_hold(model_before, before%hold, lineage, model, state)
     if (allocated(before%departed)) state%departed = before%departed
     state%books = before%books
   end subroutine carry_fields
+
+  !> What holds new faces together. The copies of a cover that a cut has made hold as it did.
+  pure subroutine carry_hold(model_before, before, lineage, model, state)
+    type(model_t), intent(in) :: model_before
+    type(hold_t), intent(in) :: before
+    type(lineage_t), intent(in) :: lineage
+    type(model_t), intent(in) :: model
+    type(state_t), intent(inout) :: state
+    real(dp) :: elements_before(model_before%n_covers), elements(model_before%n_covers) ! of each cover, and of all its copies
+    integer :: e, k
+
+    elements_before = 0.0_dp
+    elements = 0.0_dp
+    do e = 1, model_before%n_elements
+      do k = 1, size(model_before%elements%cover, 1)
+        associate (n => elements_before(model_before%elements%cover(k, e)))
+          n = n + 1
+        end associate
+      end do
+    end do
+    do e = 1, model%n_elements
+      do k = 1, size(model%elements%cover, 1)
+        associate (n => elements(lineage%cover(model%elements%cover(k, e))))
+          n = n + 1
+        end associate
+      end do
+    end do
+    state%hold = before
+    state%hold%piece = before%piece(lineage%cover)
+    state%hold%force = before%force(:, lineage%cover)*spread(elements_before(lineage%cover)/elements(lineage%cover), 1, 2)
+  end subroutine carry_hold
 
   !> Holds points where they are to be held by the state, and loads absorbing edges as they are loaded there.
   pure subroutine take_supports(state, model)

@@ -1,5 +1,6 @@
 !> What an accepted step changes: positions, stress, deformation, rotation and the rates (Shi's df25, df26).
 module scree_update
+  use scree_crack_hold, only: accept_hold
   use scree_element_term, only: step_rule_t
   use scree_impact, only: impact_t
   use scree_integrator, only: end_rates, turns_acceleration
@@ -75,6 +76,7 @@ contains
       i = model%points%free(k)
       call move(motion(model%points%element(i)), state%point(:, i:i))
     end do
+    if (allocated(state%hold)) call accept_hold(model%elements, d, state%hold, state%books%fracture)
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
     angle = 0.0_dp
     do k = 1, size(model%free_block)

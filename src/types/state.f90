@@ -2,6 +2,7 @@
 module scree_state
   use scree_contacts, only: contact_memory_t, contact_t
   use scree_factored, only: factored_t
+  use scree_hold, only: hold_t
   use scree_kinds, only: dp
   implicit none
   private
@@ -27,7 +28,7 @@ module scree_state
     real(dp) :: damping = 0.0_dp         !! that damping of mass and stiffness and absorbing edges took since then
     real(dp) :: friction = 0.0_dp        !! lost in sliding since then
     real(dp) :: yield = 0.0_dp           !! lost in bolts that yielded or broke since then
-    real(dp) :: fracture = 0.0_dp        !! lost in bonds that softened since then
+    real(dp) :: fracture = 0.0_dp        !! taken by bonds that softened and cracks that grew since then
     real(dp) :: asleep = 0.0_dp          !! motion of what fell asleep, since then
     real(dp) :: momentum(3) = 0.0_dp     !! x, y: mass/time; angular: mass length/time
   end type books_t
@@ -150,6 +151,7 @@ module scree_state
     type(settling_t), allocatable :: settling  !! of a static run that ends in equilibrium
     type(deviation_t), allocatable :: deviation !! where the scene asks for it
     type(cracks_t), allocatable :: cracks      !! where the scene lets cracks grow
+    type(hold_t), allocatable :: hold          !! where new faces hold each other
     integer, allocatable :: departed(:)        !! blocks that have left the scene, in this order; not allocated: none
     type(books_t) :: books
   end type state_t

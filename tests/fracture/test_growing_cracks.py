@@ -157,13 +157,14 @@ def test_a_crack_that_runs_is_told_and_a_tip_that_ends_has_zeros(tmp_path):
     assert not r.history.cracks.K_I[~there].any() and not r.history.cracks.place[~there].any()
 
 
-@pytest.mark.parametrize("law", [STRENGTH, TOUGHNESS])
-def test_a_run_goes_on_to_the_bit_in_the_middle_of_growth(law, tmp_path):
-    deck = plate(tmp_path, law=law)
+@pytest.mark.parametrize("law, half_way, steps, motion", [(STRENGTH, 6, 12, {}), (TOUGHNESS, 6, 12, {}),
+                                                          (TOUGHNESS, 70, 76, {"dynamic": True, "dt": 2**-16})])
+def test_a_run_goes_on_to_the_bit_in_the_middle_of_growth(law, half_way, steps, motion, tmp_path):
+    deck = plate(tmp_path, law=law, steps=steps, **motion)
     whole, half = tmp_path / "whole.h5", tmp_path / "half.h5"
     subprocess.run([SCREE, "run", deck, "-o", whole, "--quiet"], check=True)
-    subprocess.run([SCREE, "run", deck, "-o", half, "--quiet", "--set", "step.count=6"], check=True)
-    subprocess.run([SCREE, "run", "--restart", half, "-o", half, "--quiet", "--set", "step.count=12"], check=True)
+    subprocess.run([SCREE, "run", deck, "-o", half, "--quiet", "--set", f"step.count={half_way}"], check=True)
+    subprocess.run([SCREE, "run", "--restart", half, "-o", half, "--quiet", "--set", f"step.count={steps}"], check=True)
     with h5py.File(whole) as a, h5py.File(half) as b:
         names = []
         a.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -209,3 +210,38 @@ def test_files_whose_polygons_cannot_change_are_refused(tmp_path):
     for option in ("--xdmf", "--classic-output"):
         refused = subprocess.run([SCREE, "run", plate(tmp_path), "-o", tmp_path / "x.h5", option], capture_output=True, text=True)
         assert refused.returncode == 2 and option in refused.stderr
+
+def energies(r):
+    """Length of the crack after each step, what growth has taken by then, and the change of energy that no row of the books explains."""
+    e = r.history.energy
+    return r.history.cracks.length[:, 0], e.fracture, e.dissipated - e.fracture - e.friction
+
+
+def test_a_static_step_under_a_load_that_stays_loses_what_growth_takes(tmp_path):
+    """The load is small, so that all is linear: then nothing else is lost. Over triangles whose cuts take more or less than their share
+    it is the energy release rate of the tip, times the length by which the crack grows."""
+    deck = plate(tmp_path, law="toughness=200", steps=13)
+    deck.write_text(deck.read_text().replace("1500000", "150"))
+    r = scree.run(deck, timeout=600)
+    length, taken, rest = energies(r)
+    assert r._layouts.count > 10
+    assert np.abs(np.diff(rest)).max() < 1e-6 * r.history.energy.work[-1]
+    cracks = r.history.cracks
+    rate = (cracks.K_I[:, 0]**2 + cracks.K_II[:, 0]**2) * (1 - 0.25**2) / 2e10
+    assert taken[-1] == pytest.approx(((rate[1:] + rate[:-1]) / 2 * np.diff(length)).sum(), rel=0.1)
+
+
+def test_growth_in_motion_takes_the_energy_of_the_toughness(tmp_path):
+    """A plate that a load pulls at from a time on: the crack runs with K = K_Ic, and takes K_Ic^2/E' of each length whatever the step.
+    Brittle faces that let go at once would take the less the smaller the step is, and the rest would go into motion. The energy counts
+    where a piece has been passed, at the last step before the next."""
+    taken = []
+    for dt in (5e-6, 2.5e-6):
+        deck = plate(tmp_path, law=TOUGHNESS, dynamic=True, dt=dt, steps=round(2e-3 / dt))
+        deck.write_text(deck.read_text().replace("1500000", "1000000"))
+        length, fracture, _ = energies(scree.run(deck, timeout=600))
+        last = int(np.argmax(length >= 1.3)) - 1
+        assert last > 0
+        taken.append(fracture[last] / (2e6**2 * (1 - 0.25**2) / 2e10 * (length[last] - length[0])))
+    assert taken == pytest.approx([1, 1], abs=0.05)
+    assert taken[0] == pytest.approx(taken[1], rel=0.03)
