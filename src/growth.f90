@@ -6,6 +6,7 @@ module scree_growth
   use scree_crack_cutting, only: cut_blocks
   use scree_crack_growth, only: find_growth
   use scree_crack_piece, only: growth_t
+  use scree_crack_records, only: put_growth
   use scree_crack_speed, only: rayleigh_speed
   use scree_crack_tip, only: crack_tip_t
   use scree_equilibrium, only: begin_settling
@@ -16,6 +17,7 @@ module scree_growth
   use scree_lineage, only: lineage_of, lineage_t
   use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, tell
+  use scree_run_output, only: change_layout, run_output_t
   use scree_scene, only: scene_t
   use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_reactions, only: forces_at_rest
@@ -35,16 +37,17 @@ contains
   !> so cracks need not wait for it.
   !>
   !> Errors: a stage has reset displacements; more blocks broke off than the results have room for; those of a cut.
-  subroutine grow_cracks(scene, n_drawn, blocks, model, cache, state, watch, progress, parent, error)
+  subroutine grow_cracks(scene, n_drawn, blocks, output, progress, model, cache, state, watch, have_grown, error)
     type(scene_t), intent(in) :: scene           !! of the stage
     integer, intent(in) :: n_drawn               !! blocks of the decks
     type(blocks_t), intent(inout) :: blocks      !! as cracks have cut them
+    type(run_output_t), intent(inout) :: output
+    type(progress_t), intent(inout) :: progress
     type(model_t), intent(inout) :: model
     type(cache_t), intent(inout) :: cache
     type(state_t), intent(inout) :: state
     type(watch_t), intent(inout) :: watch
-    type(progress_t), intent(inout) :: progress
-    integer, allocatable, intent(out) :: parent(:) !! (n_elements) element before that each is part of; not allocated: none grew
+    logical, intent(out) :: have_grown           !! cracks have, and the model is another
     type(error_t), allocatable, intent(out) :: error
     type(growth_t) :: growth
     type(cracks_t) :: own
@@ -53,6 +56,7 @@ contains
     real(dp) :: shift(2)
     integer :: i, n, n_before
 
+    have_grown = .false.
     if (.not. model%settings%cracks_may_grow()) return
     if (allocated(state%reference)) then
       call fail(error, status_bad_input, 'expected no stage.reset=displacements or both where cracks may grow, as new vertices '// &
@@ -73,7 +77,7 @@ contains
     own%time = [(time_of_run(state), i=1, n)]
     call cut_model(scene, own, blocks, model, cache, state, watch, lineage, error)
     if (allocated(error)) return
-    parent = lineage%element
+    have_grown = .true.
     shift = blocks%origin - model%origin
     call hold_faces(lineage, own%piece + spread([shift, shift], 2, n), growth%number, duration, model, cache, state)
     if (.not. allocated(state%cracks)) &
@@ -84,12 +88,16 @@ contains
       all_of_them%tip = [all_of_them%tip, own%tip]
       all_of_them%time = [all_of_them%time, own%time]
     end associate
-    if (size(blocks%material) == n_before) return
-    call tell(progress, 'a crack cuts through at time '//rounded_text(time_of_run(state))//': '// &
-              number_text(size(blocks%material))//' blocks')
-    if (size(blocks%material) > n_drawn + model%settings%crack_parts) &
+    if (size(blocks%material) > n_before) &
+      call tell(progress, 'a crack cuts through at time '//rounded_text(time_of_run(state))//': '// &
+                number_text(size(blocks%material))//' blocks')
+    if (size(blocks%material) > n_drawn + model%settings%crack_parts) then
       call fail(error, status_run_failed, 'a block breaks off for which the results have no room; try cracks.parts above '// &
                 number_text(model%settings%crack_parts))
+    else
+      call change_layout(output, model, lineage%element, .false.)
+      call put_growth(output%file, output%records%growth, own, blocks%origin, error)
+    end if
   end subroutine grow_cracks
 
   !> Lets tips go on through the triangles of their new faces, while they break the rock and no faster than Rayleigh waves, and

@@ -461,14 +461,14 @@ contains
   subroutine let_cracks_grow(run, error)
     type(run_t), intent(inout) :: run
     type(error_t), allocatable, intent(out) :: error
-    integer, allocatable :: parent(:)
+    logical :: have_grown
 
     if (.not. run%model%settings%cracks_may_grow()) return
     call begin_phase(run%cache%timers, phase_set_up)
-    call grow_cracks(run%scene, run%n_drawn, run%blocks, run%model, run%cache, run%state, run%watch, run%progress, parent, error)
-    if (allocated(parent) .and. allocated(run%awake)) deallocate (run%awake)
+    call grow_cracks(run%scene, run%n_drawn, run%blocks, run%output, run%progress, run%model, run%cache, run%state, run%watch, &
+                     have_grown, error)
+    if (have_grown .and. allocated(run%awake)) deallocate (run%awake)
     if (allocated(error)) error%message = reached(run%state)//error%message
-    if (allocated(parent) .and. .not. allocated(error)) call change_layout(run%output, run%model, parent, .false.)
     call begin_phase(run%cache%timers, phase_other)
   end subroutine let_cracks_grow
 

@@ -1,6 +1,6 @@
-!> Series of the tips of cracks, with a row each step: /history/cracks.
+!> Series of cracks: a row each step of their tips, in /history/cracks, and a row for each piece by which they grow, in /growth.
 !>
-!> Columns are the tips that the decks draw, as they grow; cracks that begin have none. A tip that has met an outline or another
+!> The columns are the tips that the decks draw, as they grow; cracks that begin have none. A tip that has met an outline or another
 !> crack has zeros. So has the stress intensity of a tip whose disc has too little room.
 module scree_crack_records
   use scree_crack_tip, only: crack_tip_t
@@ -8,18 +8,23 @@ module scree_crack_records
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_results_file, only: declare_series, put_series, results_t
-  use scree_state, only: state_t
+  use scree_state, only: cracks_t, state_t
   use scree_stress_intensity, only: place_of_tip, stress_intensity
   use scree_tip_disc, only: is_measured
   implicit none
   private
-  public :: crack_records_t, declare_cracks, put_cracks
+  public :: crack_records_t, declare_cracks, declare_growth, growth_records_t, put_cracks, put_growth
 
   !> Handles of the series; 0 where no stress intensity is asked for.
   type :: crack_records_t
     integer :: place = 0, opening = 0, shear = 0, length = 0
     integer :: n = 0 !! tips
   end type crack_records_t
+
+  !> Handles of the series of pieces.
+  type :: growth_records_t
+    integer :: time = 0, tip = 0, from = 0, to = 0
+  end type growth_records_t
 
 contains
 
@@ -85,5 +90,46 @@ contains
     end subroutine put
 
   end subroutine put_cracks
+
+  !> Declares the series of the pieces by which cracks grow.
+  subroutine declare_growth(results, records, error)
+    type(results_t), intent(inout) :: results
+    type(growth_records_t), intent(out) :: records
+    type(error_t), allocatable, intent(inout) :: error
+
+    call declare_series(results, '/growth/time', [integer ::], 'time', 'when the piece grew', records%time, error)
+    call declare_series(results, '/growth/tip', [integer ::], '1', 'number of the tip that it belongs to, from 1', records%tip, &
+                        error, whole=.true.)
+    call declare_series(results, '/growth/from', [2], 'length', 'where it begins, in the places of the start', records%from, error)
+    call declare_series(results, '/growth/to', [2], 'length', 'where it ends, in the places of the start', records%to, error)
+  end subroutine declare_growth
+
+  !> Adds a row for each of some pieces. Errors: a number that is not finite.
+  subroutine put_growth(results, records, cracks, origin, error)
+    type(results_t), intent(inout) :: results
+    type(growth_records_t), intent(in) :: records
+    type(cracks_t), intent(in) :: cracks
+    real(dp), intent(in) :: origin(2)    !! of the blocks, length
+    type(error_t), allocatable, intent(inout) :: error
+    integer :: i
+
+    do i = 1, size(cracks%time)
+      call put(records%time, [cracks%time(i)])
+      call put(records%tip, [real(cracks%tip(i), dp)])
+      call put(records%from, cracks%piece(:2, i) + origin)
+      call put(records%to, cracks%piece(3:, i) + origin)
+    end do
+
+  contains
+
+    !> Adds a row to one series.
+    subroutine put(handle, values)
+      integer, intent(in) :: handle
+      real(dp), intent(in) :: values(:)
+
+      if (.not. allocated(error)) call put_series(results, handle, values, error)
+    end subroutine put
+
+  end subroutine put_growth
 
 end module scree_crack_records

@@ -4,7 +4,7 @@ module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contact_rules, only: has_bonds
   use scree_contacts, only: contact_t, state_open
-  use scree_crack_records, only: crack_records_t, declare_cracks, put_cracks
+  use scree_crack_records, only: crack_records_t, declare_cracks, declare_growth, growth_records_t, put_cracks
   use scree_departure_records, only: declare_departures, departure_records_t
   use scree_deviation, only: error_of_blocks, share_off
   use scree_effects, only: supports_move
@@ -45,6 +45,7 @@ module scree_run_records
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
     type(crack_records_t) :: cracks
+    type(growth_records_t) :: growth
     type(departure_records_t) :: departures
   end type records_t
 
@@ -53,7 +54,7 @@ module scree_run_records
     integer :: stages = 0
     integer :: parts = 0                              !! blocks that may break off
     logical :: gravity = .false., fixed_springs = .false., held = .false., damping = .false., error = .false., static = .false., &
-               sleep = .false., removal = .false., departures = .false., softening = .false., fracture = .false., &
+               sleep = .false., removal = .false., departures = .false., softening = .false., growth = .false., &
                bonds = .false., moving = .false.
   end type kinds_t
 
@@ -80,10 +81,9 @@ contains
       kinds%sleep = kinds%sleep .or. allocated(effects%sleep)
       if (allocated(effects%contact)) then
         kinds%softening = kinds%softening .or. joints_soften(effects%contact)
-        kinds%fracture = kinds%fracture .or. kinds%softening
         kinds%bonds = kinds%bonds .or. any(has_bonds(effects%contact))
       end if
-      kinds%fracture = kinds%fracture .or. s%cracks_may_grow()
+      kinds%growth = kinds%growth .or. s%cracks_may_grow()
       kinds%departures = kinds%departures .or. allocated(s%scene_rectangle)
       kinds%removal = kinds%removal .or. kinds%departures .or. .not. all(model%present)
     end associate
@@ -211,8 +211,8 @@ contains
       call a_step('overlap', [integer ::], 'length', 'deepest overlap of a contact', records%overlap)
       call a_step('energy/contact', [integer ::], energy_unit, 'energy of the springs of contacts', records%spring)
       call a_step('energy/friction', [integer ::], energy_unit, 'work lost in sliding since the start', records%friction)
-      if (kinds%fracture) call a_step('energy/fracture', [integer ::], energy_unit, 'energy lost in bonds and new faces', &
-                                      records%fracture)
+      if (kinds%softening .or. kinds%growth) &
+        call a_step('energy/fracture', [integer ::], energy_unit, 'energy lost in bonds and new faces', records%fracture)
     end subroutine declare_open_close
 
     !> Declares a series with a row each step.
@@ -241,6 +241,7 @@ contains
     if (allocated(model%effects%bolt)) call declare_bolts(size(model%effects%bolt%stiffness, 2))
     if (size(records%measured) > 0) call declare_points(size(records%measured))
     if (kinds%departures) call declare_departures(results, records%departures, error)
+    if (kinds%growth) call declare_growth(results, records%growth, error)
 
   contains
 

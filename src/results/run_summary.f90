@@ -76,6 +76,7 @@ module scree_run_summary
     real(dp) :: friction = 0.0_dp, damping = 0.0_dp, yield = 0.0_dp, fracture = 0.0_dp, asleep = 0.0_dp, dissipated = 0.0_dp
     logical :: has_bolts = .false.       !! the scene has
     logical :: fractures = .false.       !! it has bonds that soften, or cracks that may grow
+    logical :: may_leave = .false.       !! blocks may leave its scene
     logical :: may_swing = .false.       !! it has bolts, or joints with a stiffness of their own
     logical :: is_static = .false.       !! the run, or its last stage: its steps begin at rest
     type(stage_ending_t), allocatable :: stage(:) !! of a run of several those that it was in
@@ -111,6 +112,7 @@ contains
     summary%tolerance = tolerance_of(model%settings)
     summary%has_bolts = allocated(model%effects%bolt)
     summary%may_swing = summary%has_bolts
+    summary%may_leave = allocated(model%settings%scene_rectangle)
     summary%fractures = model%settings%cracks_may_grow()
     if (summary%touches) summary%fractures = summary%fractures .or. joints_soften(model%effects%contact)
     if (summary%touches) summary%may_swing = summary%may_swing .or. joints_have_stiffness(model%effects%contact)

@@ -168,7 +168,7 @@ contains
       text = words(summary%given)//' supplied; friction took '//words(summary%friction)//', damping '//words(summary%damping)
       if (summary%has_bolts) text = text//', bolts '//words(summary%yield)
       if (summary%fractures) text = text//', fracture '//words(summary%fracture)
-      if (summary%staged < 0) &
+      if (summary%staged < 0 .and. (allocated(summary%stage) .or. summary%may_leave)) &
         text = text//trim(merge(', changes of stages', ', blocks that left ', allocated(summary%stage)))//' '// &
                words(-summary%staged)
       text = text//'; '//words(abs(lost))//' ('//words(100*abs(share_lost(summary)))//' %) was '
@@ -461,7 +461,7 @@ contains
     call put(json, 'given', summary%given)
     call put(json, 'work', summary%work)
     call put(json, 'fallen', summary%fallen)
-    if (allocated(summary%stage) .or. abs(summary%staged) > 0) call put(json, 'stages', summary%staged)
+    if (allocated(summary%stage) .or. summary%may_leave) call put(json, 'stages', summary%staged)
     call put(json, 'dissipated', summary%dissipated)
     call put(json, 'friction', summary%friction)
     call put(json, 'damping', summary%damping)

@@ -155,6 +155,10 @@ def test_a_crack_that_runs_is_told_and_a_tip_that_ends_has_zeros(tmp_path):
     assert there[0] and not there[-1] and (np.diff(length[there]) > 0).sum() > 10
     assert r.history.cracks.place[there][:, 0, 0].max() > 1.8
     assert not r.history.cracks.K_I[~there].any() and not r.history.cracks.place[~there].any()
+    pieces = r.growth
+    assert (pieces.tip[()] == 1).all() and (np.diff(pieces.time[()]) > 0).all() and np.array_equal(pieces["from"][1:], pieces.to[:-1])
+    drawn, grown = length[0], np.linalg.norm(pieces.to[()] - pieces["from"][()], axis=1)
+    assert length[there][-1] == pytest.approx(drawn + grown[:-1].sum(), rel=1e-9) and pieces.to[-1, 0] == pytest.approx(2)
 
 
 @pytest.mark.parametrize("law, half_way, steps, motion", [(STRENGTH, 6, 12, {}), (TOUGHNESS, 6, 12, {}),
@@ -170,7 +174,7 @@ def test_a_run_goes_on_to_the_bit_in_the_middle_of_growth(law, half_way, steps, 
         a.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
         assert "elements/parent" in names
         for name in names:
-            if name.split("/")[0] in ("VTKHDF", "elements", "history", "bodies", "contacts"):
+            if name.split("/")[0] in ("VTKHDF", "elements", "growth", "history", "bodies", "contacts"):
                 assert a[name][()].tobytes() == b[name][()].tobytes(), name
 
 

@@ -56,7 +56,13 @@ contains
     if (allocated(a%cracks) .neqv. allocated(b%cracks)) name = 'whether cracks have grown'
     if (allocated(a%cracks) .and. allocated(b%cracks)) then
       if (.not. (same([a%cracks%piece, a%cracks%time], [b%cracks%piece, b%cracks%time]) &
-                 .and. same_whole(a%cracks%joint, b%cracks%joint))) name = 'cracks'
+                 .and. same_whole([a%cracks%joint, a%cracks%tip], [b%cracks%joint, b%cracks%tip]))) name = 'cracks'
+    end if
+    if (allocated(a%hold) .neqv. allocated(b%hold)) name = 'whether new faces hold each other'
+    if (allocated(a%hold) .and. allocated(b%hold)) then
+      if (.not. (same([a%hold%force], [b%hold%force]) .and. same_whole([a%hold%piece, a%hold%tip], [b%hold%piece, b%hold%tip]) &
+                 .and. same([a%hold%duration, a%hold%share, a%hold%next], [b%hold%duration, b%hold%share, b%hold%next]))) &
+        name = 'what holds new faces'
     end if
     if (allocated(a%departed) .neqv. allocated(b%departed)) name = 'whether blocks have left'
     if (allocated(a%departed) .and. allocated(b%departed)) then
