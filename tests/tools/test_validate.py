@@ -334,7 +334,7 @@ BLOCKS = {"m6-roof-wedge/wedge.blk": 5, "p1-confined-column/stack.geo": 10,
           "w1-wave/column.geo": 1, "w3-free-field/layer.geo": 1, "e6-cantilever/beam.geo": 1, "e7-bar/bar.geo": 1,
           "e9-column/column.geo": 1, "e10-rod/rod.geo": 1, "e8-patch/patch.geo": 1, "e2-spin/square.geo": 1, "e5-elastica/beam.geo": 1,
           "e12-kirsch": 1, "e11-brazilian": 1, "k1-intensity": 1, "k2-growth": 1, "k3-cantilevers": 1,
-          "k4-strip": 1, "k7-kalthoff": 1, "k8-overhang": 1, "k10-beginning": 1,
+          "k4-strip": 1, "k6-three-holes": 1, "k7-kalthoff": 1, "k8-overhang": 1, "k10-beginning": 1,
           "s3-excavations/pillar.blk": 3, "s3-excavations/toe.blk": 3, "m2-toppling/columns.blk": 17,
           "m3-arch/arch16.blk": 17, "m13-pushed-arch": 9, "m4-overhang/overhang95.blk": 5, "m9-wall/wall10.blk": 106}  # of files and folders that have other than two
 

@@ -4,10 +4,10 @@ import math
 import numpy as np
 
 from .cases import DECKS, Row, case
-from .references import CRACKS, DoubleCantilever, kink_angle
+from .references import CRACKS, THREE_HOLES, DoubleCantilever, kink_angle
 
 INTENSITY, GROWTH, STRUCK = DECKS / "k1-intensity", DECKS / "k2-growth", DECKS / "k7-kalthoff"
-BEGINNING = DECKS / "k10-beginning"
+BEGINNING, HOLES = DECKS / "k10-beginning", DECKS / "k6-three-holes"
 ARMS, STRIP, OVERHANG = DECKS / "k3-cantilevers", DECKS / "k4-strip", DECKS / "k8-overhang"
 ENERGY, MODULUS = {"arms": 240.0, "strip": 100.0}, 1e10 / (1 - 0.2**2)
 
@@ -96,6 +96,25 @@ def k4(run):
         yield Row(f"opening at which it starts, over that of Griffith, {length:g} m long", 1.0, starts[-1] / reference, 0.03)
         yield Row(f"part of the later steps in which it grows, {length:g} m long", 1.0, float(grown[first:].mean()), 0.0)
     yield Row("openings of the two lengths, ratio", 1.0, starts[1] / starts[0], 0.005)
+
+
+def distance_from(path, point):
+    """Distance of a point from a polyline (n, xy)."""
+    start, way = path[:-1], np.diff(path, axis=0)
+    share = np.clip(((point - start) * way).sum(axis=1) / (way**2).sum(axis=1), 0, 1)
+    return float(np.linalg.norm(start + share[:, None] * way - point, axis=1).min())
+
+
+@case
+def k6(run):
+    """Notch of a beam with three holes that grows into one of them (Bittencourt)."""
+    for notch, expected in THREE_HOLES.items():
+        pieces = run(HOLES / "beam.ana", name=f"k6-{notch}", settings=[f"deck.geometry=at{notch}.geo"]).growth
+        path = np.vstack([pieces["from"][:1], pieces.to])
+        yield Row(f"farthest that its path is from the reference, notch at {notch}", 0.0,
+                  max(distance_from(path, point) for point in np.array(expected)), 0.1, 1.0)
+        yield Row(f"end of its path, from the centre of the middle hole, notch at {notch}", 0.25,
+                  float(np.linalg.norm(path[-1] - [6, 4.75])), 0.01)
 
 
 @case
