@@ -114,7 +114,7 @@ contains
     associate (breaks => growth%number)
       do p = 1, size(hold%tip)
         hold%next(p) = hold%share(p)
-        if (any(breaks == hold%tip(p)) .or. .not. any(model%tip%number == hold%tip(p))) &
+        if (any(breaks == hold%tip(p)) .or. .not. (any(model%tip%number == hold%tip(p)) .and. hold%duration(p) > 0)) &
           hold%next(p) = share_after(hold%share(p), pace%last, hold%duration(p))
       end do
       on_its_way = pack(hold%tip, hold%next > 0)
@@ -217,7 +217,30 @@ contains
         hold%piece(c) = n_before + next(c)
       end do
     end associate
+    call let_go(model, state%hold)
   end subroutine hold_faces
+
+  !> Has the faces of pieces let go of each other whose sides are in different blocks since the last cut. No tip holds them together.
+  pure subroutine let_go(model, hold)
+    type(model_t), intent(in) :: model
+    type(hold_t), intent(inout) :: hold
+    integer :: first(size(hold%tip)), last(size(hold%tip)) ! block of each piece
+    integer :: e, k
+
+    first = huge(first)
+    last = 0
+    do e = 1, model%n_elements
+      do k = 1, size(model%elements%cover, 1)
+        associate (p => hold%piece(model%elements%cover(k, e)), block => model%elements%block(e))
+          if (p == 0) cycle
+          first(p) = min(first(p), block)
+          last(p) = max(last(p), block)
+        end associate
+      end do
+    end do
+    where (first < last) hold%duration = 0.0_dp
+    where (first < last) hold%next = 0.0_dp
+  end subroutine let_go
 
   !> Cuts blocks by the pieces of cracks that have grown so far, those of one time at once, as the run has done it.
   subroutine cut_by_cracks(cracks, blocks, error)

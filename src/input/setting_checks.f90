@@ -174,19 +174,21 @@ contains
   subroutine check_materials(scene, error)
     type(scene_t), intent(in) :: scene
     type(error_t), allocatable, intent(out) :: error
-    integer :: n
+    integer :: n, n_joints
 
     n = 0
     if (allocated(scene%block_material)) n = size(scene%block_material)
+    n_joints = 0
+    if (allocated(scene%joint_material)) n_joints = size(scene%joint_material)
     associate (s => scene%settings)
       call check_list(scene, 'materials.young', s%young, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'materials.poisson', s%poisson, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'materials.unit_weight', s%unit_weight, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'cracks.strength', s%crack_strength, n, 'block', error)
       if (.not. allocated(error)) call check_list(scene, 'cracks.toughness', s%crack_toughness, n, 'block', error)
-      if (.not. allocated(error) .and. s%crack_begin_joint > size(scene%joint_material)) &
+      if (.not. allocated(error) .and. s%crack_begin_joint > n_joints) &
         call fail(error, status_bad_input, given_at(scene%words, 'cracks.begin_joint')//': expected a joint material up to '// &
-                  number_text(size(scene%joint_material))//' for cracks.begin_joint, found '//number_text(s%crack_begin_joint))
+                  number_text(n_joints)//' for cracks.begin_joint, found '//number_text(s%crack_begin_joint))
       if (.not. allocated(error) .and. allocated(s%k0)) call check_in_situ(scene, error)
       if (allocated(error) .or. n == 0 .or. .not. s%chooses_step) return
       if (.not. scene%block_material(1)%density > 0) &

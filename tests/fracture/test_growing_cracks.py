@@ -1,6 +1,7 @@
 """Cracks that grow through a mesh, in the program: parts that break off fly free, paths turn with the scene, and runs go on to the bit."""
 import math
 import os
+import pathlib
 import subprocess
 
 import h5py
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 import scree
 
+SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 SCREE = os.environ["SCREE"]
 
 
@@ -159,6 +161,14 @@ def test_a_crack_that_runs_is_told_and_a_tip_that_ends_has_zeros(tmp_path):
     assert (pieces.tip[()] == 1).all() and (np.diff(pieces.time[()]) > 0).all() and np.array_equal(pieces["from"][1:], pieces.to[:-1])
     drawn, grown = length[0], np.linalg.norm(pieces.to[()] - pieces["from"][()], axis=1)
     assert length[there][-1] == pytest.approx(drawn + grown[:-1].sum(), rel=1e-9) and pieces.to[-1, 0] == pytest.approx(2)
+
+
+def test_parts_of_cracks_that_have_met_hold_each_other_no_more(tmp_path):
+    """One tip meets the other crack, whose own tip is left inside a part. Its last faces held the parts together for good."""
+    r = scree.run(SOURCE / "input" / "examples" / "breaking" / "breaking.ana", output=tmp_path / "x.h5", settings=["step.count=80"])
+    apart = r.history.time > r.growth.time[-1] + 2e-3
+    assert r.bodies.present[-1, :2].all() and apart.sum() > 50
+    assert r.history.energy.fracture[-1] > 0 and np.ptp(r.history.energy.fracture[apart]) == 0
 
 
 @pytest.mark.parametrize("law, half_way, steps, motion", [(STRENGTH, 6, 12, {}), (TOUGHNESS, 6, 12, {}),

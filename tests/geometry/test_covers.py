@@ -10,7 +10,7 @@ import pytest
 import scree
 from joint_maps import FAR, WIDTH, geometry_deck, make_map
 
-N_MAPS = int(os.environ.get("SCREE_MAPS", 90))
+N_MAPS = int(os.environ.get("SCREE_MAPS", 92))
 N_PATCHES = N_MAPS if "SCREE_MAPS" in os.environ else 30
 YOUNG, POISSON, DENSITY, STRESS, STEP = 1e9, 0.25, 1.0, 1e4, 30
 SHARE = 1e-12  # of the area of a block

@@ -8,6 +8,8 @@ from scree import call
 
 INPUT = pathlib.Path(os.environ["SCREE_SOURCE"]) / "input"
 DECKS = sorted(INPUT.rglob("*.ana"))
+# A notch that runs slower than it could, in steps for the fall of what breaks off. Its load and the fall are measured.
+ACCEPTED = dict.fromkeys(("validation/k8-overhang/thick.ana", "validation/k8-overhang/thin.ana"), "lets cracks run at")
 FOLDERS = ("bench", "examples", "paper", "rockfall", "studies", "validation")
 
 
@@ -24,6 +26,9 @@ def test_no_shipped_deck_warns(folder):
         said = list(pool.map(lambda deck: call("check", deck, "--strict", "--quiet", timeout=120), decks))
     wrong = {str(deck.relative_to(INPUT)): done.stdout + done.stderr for deck, done in zip(decks, said)
              if done.returncode or done.stdout or done.stderr}
+    accepted = {deck: words for deck, words in ACCEPTED.items() if deck.startswith(folder)}
+    for deck, words in accepted.items():
+        assert words in wrong.pop(deck)
     assert not wrong, "\n".join(f"{deck}: {words}" for deck, words in wrong.items())
 
 
