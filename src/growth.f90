@@ -220,7 +220,8 @@ contains
     call let_go(model, state%hold)
   end subroutine hold_faces
 
-  !> Has the faces of pieces let go of each other whose sides are in different blocks since the last cut. No tip holds them together.
+  !> Has the faces of a piece let go of each other where its sides are in different blocks since the last cut, as no tip is between
+  !> them.
   pure subroutine let_go(model, hold)
     type(model_t), intent(in) :: model
     type(hold_t), intent(inout) :: hold
