@@ -23,7 +23,7 @@ module scree_crack_records
 
   !> Handles of the series of pieces.
   type :: growth_records_t
-    integer :: time = 0, tip = 0, from = 0, to = 0
+    integer :: time = 0, tip = 0, start = 0, end = 0
   end type growth_records_t
 
 contains
@@ -100,8 +100,9 @@ contains
     call declare_series(results, '/growth/time', [integer ::], 'time', 'when the piece grew', records%time, error)
     call declare_series(results, '/growth/tip', [integer ::], '1', 'number of the tip that it belongs to, from 1', records%tip, &
                         error, whole=.true.)
-    call declare_series(results, '/growth/from', [2], 'length', 'where it begins, in the places of the start', records%from, error)
-    call declare_series(results, '/growth/to', [2], 'length', 'where it ends, in the places of the start', records%to, error)
+    call declare_series(results, '/growth/start', [2], 'length', 'where it begins, by the places of the start', &
+                        records%start, error)
+    call declare_series(results, '/growth/end', [2], 'length', 'where it ends, likewise', records%end, error)
   end subroutine declare_growth
 
   !> Adds a row for each of some pieces. Errors: a number that is not finite.
@@ -116,8 +117,8 @@ contains
     do i = 1, size(cracks%time)
       call put(records%time, [cracks%time(i)])
       call put(records%tip, [real(cracks%tip(i), dp)])
-      call put(records%from, cracks%piece(:2, i) + origin)
-      call put(records%to, cracks%piece(3:, i) + origin)
+      call put(records%start, cracks%piece(:2, i) + origin)
+      call put(records%end, cracks%piece(3:, i) + origin)
     end do
 
   contains

@@ -158,9 +158,9 @@ def test_a_crack_that_runs_is_told_and_a_tip_that_ends_has_zeros(tmp_path):
     assert r.history.cracks.place[there][:, 0, 0].max() > 1.8
     assert not r.history.cracks.K_I[~there].any() and not r.history.cracks.place[~there].any()
     pieces = r.growth
-    assert (pieces.tip[()] == 1).all() and (np.diff(pieces.time[()]) > 0).all() and np.array_equal(pieces["from"][1:], pieces.to[:-1])
-    drawn, grown = length[0], np.linalg.norm(pieces.to[()] - pieces["from"][()], axis=1)
-    assert length[there][-1] == pytest.approx(drawn + grown[:-1].sum(), rel=1e-9) and pieces.to[-1, 0] == pytest.approx(2)
+    assert (pieces.tip[()] == 1).all() and (np.diff(pieces.time[()]) > 0).all() and np.array_equal(pieces.start[1:], pieces.end[:-1])
+    drawn, grown = length[0], np.linalg.norm(pieces.end[()] - pieces.start[()], axis=1)
+    assert length[there][-1] == pytest.approx(drawn + grown[:-1].sum(), rel=1e-9) and pieces.end[-1, 0] == pytest.approx(2)
 
 
 def test_parts_of_cracks_that_have_met_hold_each_other_no_more(tmp_path):

@@ -110,7 +110,7 @@ def k6(run):
     """Notch of a beam with three holes that grows into one of them (Bittencourt)."""
     for notch, expected in THREE_HOLES.items():
         pieces = run(HOLES / "beam.ana", name=f"k6-{notch}", settings=[f"deck.geometry=at{notch}.geo"]).growth
-        path = np.vstack([pieces["from"][:1], pieces.to])
+        path = np.vstack([pieces.start[:1], pieces.end[()]])
         yield Row(f"farthest that its path is from the reference, notch at {notch}", 0.0,
                   max(distance_from(path, point) for point in np.array(expected)), 0.1, 1.0)
         yield Row(f"end of its path, from the centre of the middle hole, notch at {notch}", 0.25,
