@@ -10,6 +10,9 @@ module scree_crack_tips
   private
   public :: find_tips, longest_side, number_tips
 
+  !> Of the last piece of a crack: how far beyond its end lies the triangle of its tip. An end on a side, or in a node, is in
+  !> several, and rounding must not choose among them, as the disc has its size by the triangle.
+  real(dp), parameter :: ahead = 1e-6_dp
   real(dp), parameter :: same = 1e-9_dp !! of the size of the model: places that are nearer to each other are one
 
   !> Pieces of cracks and the edges of blocks, and how the pieces meet.
@@ -58,7 +61,10 @@ contains
         n = n + 1
         tips(n)%number = n
         tips(n)%joint = blocks%crack_joint(i)
-        tips(n)%element = block_at(finder, system%elements%shape, vertex, pieces%ends(:, k, i))
+        associate (end => pieces%ends(:, k, i), begin => pieces%ends(:, 3 - k, i))
+          tips(n)%element = block_at(finder, system%elements%shape, vertex, end + ahead*(end - begin))
+          if (tips(n)%element == 0) tips(n)%element = block_at(finder, system%elements%shape, vertex, end)
+        end associate
         tips(n)%block = system%elements%block(tips(n)%element)
         call describe(pieces, i, k, cover(:, system%elements%cover(:3, tips(n)%element)), same*system%extent, tips(n), lost(n))
       end do
