@@ -9,18 +9,18 @@ module scree_growth
   use scree_crack_records, only: put_growth
   use scree_crack_speed, only: rayleigh_speed
   use scree_crack_tip, only: crack_tip_t
+  use scree_element_term, only: term_t
   use scree_equilibrium, only: begin_settling
   use scree_errors, only: error_t, fail, status_bad_input, status_run_failed
   use scree_hold, only: hold_t
   use scree_kinds, only: dp
-  use scree_element_term, only: term_t
   use scree_lineage, only: lineage_of, lineage_t
   use scree_model, only: cache_t, model_t
   use scree_progress, only: progress_t, tell
+  use scree_reactions, only: forces_at_rest
+  use scree_regions, only: first_vertex_of, last_vertex_of
   use scree_run_output, only: change_layout, run_output_t
   use scree_scene, only: scene_t
-  use scree_regions, only: first_vertex_of, last_vertex_of
-  use scree_reactions, only: forces_at_rest
   use scree_state, only: cracks_t, pace_t, state_t, time_of_run
   use scree_system, only: values_of
   use scree_text, only: number_text, place_text, rounded_text

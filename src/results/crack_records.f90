@@ -74,21 +74,10 @@ contains
         if (is_measured(tip)) K(:, number) = stress_intensity(model, cache, state, tip)
       end associate
     end do
-    call put(records%place, [place])
-    call put(records%opening, K(1, :))
-    call put(records%shear, K(2, :))
-    call put(records%length, length)
-
-  contains
-
-    !> Adds a row to one series.
-    subroutine put(handle, values)
-      integer, intent(in) :: handle
-      real(dp), intent(in) :: values(:)
-
-      if (.not. allocated(error)) call put_series(results, handle, values, error)
-    end subroutine put
-
+    call put_row(results, records%place, [place], error)
+    call put_row(results, records%opening, K(1, :), error)
+    call put_row(results, records%shear, K(2, :), error)
+    call put_row(results, records%length, length, error)
   end subroutine put_cracks
 
   !> Declares the series of the pieces by which cracks grow.
@@ -115,22 +104,21 @@ contains
     integer :: i
 
     do i = 1, size(cracks%time)
-      call put(records%time, [cracks%time(i)])
-      call put(records%tip, [real(cracks%tip(i), dp)])
-      call put(records%start, cracks%piece(:2, i) + origin)
-      call put(records%end, cracks%piece(3:, i) + origin)
+      call put_row(results, records%time, [cracks%time(i)], error)
+      call put_row(results, records%tip, [real(cracks%tip(i), dp)], error)
+      call put_row(results, records%start, cracks%piece(:2, i) + origin, error)
+      call put_row(results, records%end, cracks%piece(3:, i) + origin, error)
     end do
-
-  contains
-
-    !> Adds a row to one series.
-    subroutine put(handle, values)
-      integer, intent(in) :: handle
-      real(dp), intent(in) :: values(:)
-
-      if (.not. allocated(error)) call put_series(results, handle, values, error)
-    end subroutine put
-
   end subroutine put_growth
+
+  !> Adds a row to one series, unless an error has come before.
+  subroutine put_row(results, handle, values, error)
+    type(results_t), intent(inout) :: results
+    integer, intent(in) :: handle
+    real(dp), intent(in) :: values(:)
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (.not. allocated(error)) call put_series(results, handle, values, error)
+  end subroutine put_row
 
 end module scree_crack_records
