@@ -26,13 +26,14 @@ contains
     integer, intent(in) :: cover(:)            !! (n_covers) of the element
     type(step_rule_t), intent(in) :: rule
     type(term_t), intent(inout) :: term
-    real(dp) :: force(2, n_covers)
+    real(dp) :: force(2, n_covers), end_share
     integer :: i
 
     force = 0.0_dp
+    end_share = rule%end_weight*rule%stress_weight ! the balance takes them where it takes the stress
     do i = 1, n_covers
       associate (p => hold%piece(cover(i)))
-        if (p > 0) force(:, i) = (rule%end_weight*hold%next(p) + (1 - rule%end_weight)*hold%share(p))*hold%force(:, cover(i))
+        if (p > 0) force(:, i) = (end_share*hold%next(p) + (1 - end_share)*hold%share(p))*hold%force(:, cover(i))
       end associate
     end do
     call add_force(term, reshape(force, [element_unknowns]))

@@ -259,3 +259,13 @@ def test_growth_in_motion_takes_the_energy_of_the_toughness(tmp_path):
         taken.append(fracture[last] / (2e6**2 * (1 - 0.25**2) / 2e10 * (length[last] - length[0])))
     assert taken == pytest.approx([1, 1], abs=0.05)
     assert taken[0] == pytest.approx(taken[1], rel=0.03)
+
+
+def test_growth_loses_what_its_row_counts_in_each_step_that_conserves_energy(tmp_path):
+    """Nothing else takes energy while the crack runs: a cut changes none, and its faces let go with the work that the row counts."""
+    deck = plate(tmp_path, law=TOUGHNESS, dynamic=True, dt=5e-6, steps=260, groups="&integrator scheme='energy_momentum', beta=0.5 /")
+    deck.write_text(deck.read_text().replace("model='nmm'", "model='nmm', strain='green'"))
+    length, taken, rest = energies(scree.run(deck, timeout=600))
+    runs = int(np.argmax(length > length[0])) - 1
+    assert length[-1] > length[0] + 0.4 and taken[-1] > 50
+    assert np.abs(np.diff(rest[runs:])).max() < 1e-9 * taken[-1]
