@@ -125,7 +125,7 @@ contains
     if (.not. allocated(error)) then
       if (len(options%restart_path) > 0) then
         call resume_output(past, run%state, run%watch, run%output, error)
-        if (allocated(past%cracks)) call change_layout(run%output, run%model, [(e, e=1, run%model%n_elements)], .true.)
+        if (run%output%layout%changes) call change_layout(run%output, run%model, [(e, e=1, run%model%n_elements)], .true.)
       else
         call put_frame(run%output, run%model, run%cache, run%state, run%watch, error)
       end if

@@ -172,8 +172,9 @@ def test_parts_of_cracks_that_have_met_hold_each_other_no_more(tmp_path):
 
 
 @pytest.mark.parametrize("law, half_way, steps, motion", [(STRENGTH, 6, 12, {}), (TOUGHNESS, 6, 12, {}),
-                                                          (TOUGHNESS, 70, 76, {"dynamic": True, "dt": 2**-16})])
-def test_a_run_goes_on_to_the_bit_in_the_middle_of_growth(law, half_way, steps, motion, tmp_path):
+                                                          (TOUGHNESS, 70, 76, {"dynamic": True, "dt": 2**-16}),
+                                                          (TOUGHNESS, 2, 76, {"dynamic": True, "dt": 2**-16})])
+def test_a_run_goes_on_to_the_bit_before_growth_and_in_the_middle_of_it(law, half_way, steps, motion, tmp_path):
     deck = plate(tmp_path, law=law, steps=steps, **motion)
     whole, half = tmp_path / "whole.h5", tmp_path / "half.h5"
     subprocess.run([SCREE, "run", deck, "-o", whole, "--quiet"], check=True)
