@@ -169,7 +169,7 @@ contains
     type(state_t) :: now
     type(term_t) :: terms(model%n_elements)
     real(dp) :: force(2, model%n_covers), mean(2, maxval(lineage%cover)), unknown(model%n_unknowns)
-    real(dp) :: nearest(model%n_covers), way(size(number))
+    real(dp) :: nearest(model%n_covers), way(size(number)), none(0)
     integer :: copies(maxval(lineage%cover)), elements(model%n_covers), c, e, k, n_before, next(model%n_covers)
 
     now = state
@@ -202,7 +202,7 @@ contains
       end associate
     end do
     if (.not. allocated(state%hold)) &
-      state%hold = hold_t(spread(0.0_dp*elements, 1, 2), 0*elements, [integer ::], [real(dp) ::], [real(dp) ::], [real(dp) ::])
+      state%hold = hold_t(spread(0.0_dp*elements, 1, 2), 0*elements, [integer ::], none, none, none)
     associate (hold => state%hold)
       n_before = size(hold%tip)
       hold%tip = [hold%tip, number]

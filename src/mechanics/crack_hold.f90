@@ -10,6 +10,7 @@
 module scree_crack_hold
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_hold, only: hold_t
+  use scree_interpolation, only: turned_vector
   use scree_kinds, only: dp
   use scree_system, only: element_unknowns, elements_t, values_of
   implicit none
@@ -39,24 +40,31 @@ contains
     call add_force(term, reshape(force, [element_unknowns]))
   end subroutine add_hold
 
-  !> Adds the energy that growth takes in a step, and goes on to the next.
-  pure subroutine accept_hold(elements, d, hold, fracture)
+  !> Adds the energy that growth takes in a step, turns the forces with their blocks, and goes on to the next step.
+  pure subroutine accept_hold(elements, d, angle, hold, fracture)
     type(elements_t), intent(in) :: elements
     real(dp), intent(in) :: d(:)               !! (n_unknowns) of the step
+    real(dp), intent(in) :: angle(:)           !! (n_blocks) by which blocks have turned in it, rad
     type(hold_t), allocatable, intent(inout) :: hold !! not allocated any more: all is released
     real(dp), intent(inout) :: fracture        !! energy taken so far, force length per unit thickness
-    real(dp) :: own(2, n_covers)
+    real(dp) :: own(2, n_covers), turn(size(hold%piece))
     integer :: e, i, k
 
+    turn = 0.0_dp
     do k = 1, size(elements%free)
       e = elements%free(k)
       if (all(hold%piece(elements%cover(:, e)) == 0)) cycle
       own = reshape(values_of(elements, e, d), [2, n_covers])
       do i = 1, n_covers
         associate (c => elements%cover(i, e), p => hold%piece(elements%cover(i, e)))
-          if (p > 0) fracture = fracture - 0.5_dp*(hold%share(p) + hold%next(p))*dot_product(hold%force(:, c), own(:, i))
+          if (p == 0) cycle
+          fracture = fracture - 0.5_dp*(hold%share(p) + hold%next(p))*dot_product(hold%force(:, c), own(:, i))
+          turn(c) = angle(elements%block(e))
         end associate
       end do
+    end do
+    do i = 1, size(turn)
+      hold%force(:, i) = turned_vector(turn(i), [0.0_dp, 0.0_dp], hold%force(:, i))
     end do
     hold%share = hold%next
     if (.not. any(hold%share > 0)) deallocate (hold)

@@ -76,7 +76,6 @@ contains
       i = model%points%free(k)
       call move(motion(model%points%element(i)), state%point(:, i:i))
     end do
-    if (allocated(state%hold)) call accept_hold(model%elements, d, state%hold, state%books%fracture)
     if (size(state%cover, 2) > 0) state%cover = state%cover + reshape(d, shape(state%cover)) ! a DDA block has no nodes
     angle = 0.0_dp
     do k = 1, size(model%free_block)
@@ -86,6 +85,7 @@ contains
         state%rotation(i) = state%rotation(i) + angle(i)
       end associate
     end do
+    if (allocated(state%hold)) call accept_hold(model%elements, d, angle, state%hold, state%books%fracture)
     if (turns_acceleration(model%settings)) call turn_acceleration(model, cache, angle, state%acceleration)
     if (allocated(model%sampling)) call follow_covers(model, state)
     if (model%effects%carried < 1) then
