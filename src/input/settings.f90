@@ -375,7 +375,7 @@ contains
                              'joint material of cracks that begin at outlines by that tension; 0: none does', &
                              '1', 0.0_dp, 1e6_dp), s%crack_begin_joint, 0)
     call row%whole(setting_t('cracks', 'parts', 'blocks that may break off; the results have room for them', '1', 0.0_dp, 1e6_dp, &
-                             default='8 where cracks may grow'), s%crack_parts, 8, when=s%cracks_may_grow())
+                             default='100 where cracks may grow'), s%crack_parts, 100, when=s%cracks_may_grow())
   end subroutine visit_cracks
 
   !> Settings of joint materials, beside their row of the deck.
