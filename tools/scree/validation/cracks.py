@@ -160,12 +160,22 @@ def new_faces(r):
     return np.array(ends).reshape(-1, 2, 2)
 
 
-def strength_of(run, deck, expected):
+def mean_at_root(length, radius, depth=1.0, weight=26e3):
+    """Mean tension of a cantilever that bends under its weight, over the quarter of a disc at its root on top: that of 3 w L^2/d (1 - x/L)^2
+    (1 - 2 y/d), with y from the top down."""
+    first, across = 4 * radius / (3 * math.pi), radius**2 / (2 * math.pi)  # means of x and of y, and of x y
+    along = 1 - 2 * first / length + radius**2 / (4 * length**2)
+    deep = first - 2 * across / length + 4 * radius**3 / (15 * math.pi * length**2)
+    return 3 * weight * length**2 / depth * (along - 2 / depth * deep)
+
+
+def strength_of(run, deck, expected, *settings):
     """Largest strength at which a crack begins in a deck, over one that is expected, and the faces of that crack."""
     low, high, faces = 0.9, 1.1, None
     while high - low > 5e-3 or faces is None:
         middle = (low + high) / 2
-        found = new_faces(run(BEGINNING / f"{deck}.ana", name=f"k10-{deck}", settings=[f"cracks.strength={middle * expected}", "step.count=2"]))
+        found = new_faces(run(BEGINNING / f"{deck}.ana", name=f"k10-{deck}",
+                              settings=[f"cracks.strength={middle * expected}", "step.count=2", *settings]))
         low, high, faces = (middle, high, found) if len(found) else (low, middle, faces)
     return (low + high) / 2, faces
 
@@ -185,6 +195,13 @@ def k10(run):
     share, faces = strength_of(run, "slab", 3 * 26e3 * 36 * (5 / 6) * (1 - 8 * 0.25 / (3 * math.pi)))
     yield Row("load of a slab, over that of the beam", 1.0, 1 / share, 0.05)
     yield Row("its place, from the middle of the slab, m", 0.0, faces[..., 0].mean(), 0.1, 1.0)
+    for size in 4, 6:
+        for edge in 0.1, 0.0625:
+            share, faces = strength_of(run, "overhang", mean_at_root(size, 0.25), f"deck.geometry=overhang{size}.geo", f"cover.edge={edge}")
+            words = f"overhang of {size} m, edges {edge:g} m"
+            yield Row(f"load of an {words}, over that of the beam", 1.0, 1 / share, 0.05)
+            places = faces.reshape(-1, 2)
+            yield Row(f"place from the root, {words}, m", 0.0, places[np.argmax(places[:, 1]), 0], edge, 1.0)
     r = run(BEGINNING / "bar.ana", name="k10-bar")
     yield Row("blocks of a bar that is pulled at its strength", 2.0, r.bodies.present[-1].sum(), 0.0)
     yield Row("place of its crack, m", 1.0, new_faces(r)[..., 1].mean(), 0.1, 1.0)
