@@ -21,8 +21,8 @@ module scree_measured_tips
 contains
 
   !> Finds the tips of a model, and lays their discs where stress intensity counts. Finds where cracks may begin, where the scene
-  !> lets them. Errors: no crack, one that the mesh does not resolve. Cracks that have grown are not judged: a run goes on when one
-  !> ends or comes near another.
+  !> lets them. Errors: no crack that may grow and none that may begin, one that the mesh does not resolve. Cracks that have grown
+  !> are not judged: a run goes on when one ends or comes near another.
   subroutine measure_tips(scene, blocks, model, cover, error)
     type(scene_t), intent(in) :: scene
     type(blocks_t), intent(in) :: blocks
@@ -41,10 +41,15 @@ contains
       call find_starts(blocks, model, model%start, cover, starts)
       call move_alloc(starts, model%crack_start)
     end if
-    asks = ''
+    asks = 'cracks.strength'
     if (allocated(scene%settings%crack_toughness)) asks = 'cracks.toughness'
     if (scene%settings%measures_tips) asks = 'output.cracks'
-    if (len(asks) > 0) then
+    if (blocks%n_grown == 0 .and. size(tips) == 0 .and. scene%settings%crack_begin_joint == 0) then
+      call fail(error, status_bad_input, given_at(scene%words, asks)//': expected a joint that ends inside a block or '// &
+                'cracks.begin_joint with '//asks//', found none')
+      return
+    end if
+    if (asks /= 'cracks.strength') then
       if (blocks%n_grown == 0) call check_tips(scene, model, asks, tips, error)
       if (allocated(error)) return
       do i = 1, size(scene%block_material)
@@ -58,7 +63,7 @@ contains
     call move_alloc(tips, model%tip)
   end subroutine measure_tips
 
-  !> Error where there is no tip, or the mesh is too coarse for one.
+  !> Error where the mesh is too coarse for any tip.
   subroutine check_tips(scene, model, asks, tips, error)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -67,9 +72,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    if (size(tips) == 0 .and. scene%settings%crack_begin_joint == 0) &
-      call fail(error, status_bad_input, given_at(scene%words, asks)//': expected a joint that ends inside a block with '// &
-                asks//', found none')
     do i = 1, size(tips)
       call check_tip(scene, model, asks, tips(i), error)
       if (allocated(error)) return

@@ -23,7 +23,7 @@ module scree_set_up
   use scree_setting_table, only: given_at
   use scree_state, only: bolt_absent, state_t
   use scree_system, only: system_t
-  use scree_text, only: number_text, place_text, real_text
+  use scree_text, only: number_text, place_text, real_text, short_text
   implicit none
   private
   public :: set_up
@@ -268,17 +268,42 @@ contains
                 real_text(norm2(high - low))//', found none below '//real_text(shortest_edge(mesh)))
     end if
     if (allocated(error)) return
-    if (scene%settings%crack_length > 0 .and. scene%settings%crack_length < disc_edges*shortest_edge(mesh)) then
-      call fail(error, status_bad_input, given_at(scene%words, 'cracks.length')//': expected at least two edges of the mesh, '// &
-                real_text(disc_edges*shortest_edge(mesh))//', as one stress of a triangle at a tip is no mean, found '// &
-                real_text(scene%settings%crack_length))
-      return
-    end if
+    call check_crack_length(scene, blocks, shortest_edge(mesh), error)
+    if (allocated(error)) return
     system%elements = covered%elements
     call move_alloc(covered%vertex, state%vertex)
     call move_alloc(covered%cover, state%cover)
     call move_alloc(covered%extension, system%extension)
   end subroutine lay_mesh
+
+  !> Error where the mean tension before a tip is over less than a mesh resolves, or over more than any block that it may break.
+  subroutine check_crack_length(scene, blocks, edge, error)
+    type(scene_t), intent(in) :: scene
+    type(blocks_t), intent(in) :: blocks
+    real(dp), intent(in) :: edge       !! of the mesh, length
+    type(error_t), allocatable, intent(inout) :: error
+    character(len=:), allocatable :: expected
+    real(dp) :: largest
+    integer :: b
+
+    associate (s => scene%settings)
+      if (.not. s%crack_length > 0) return
+      largest = 0.0_dp
+      do b = 1, size(blocks%material)
+        if (s%crack_strength(blocks%material(b)) > 0) largest = max(largest, block_size(blocks, b))
+      end do
+      if (s%crack_length < disc_edges*edge) then
+        expected = 'at least two edges of the mesh, '//short_text(disc_edges*edge)// &
+                   ', as one stress of a triangle at a tip is no mean'
+      else if (s%crack_length > largest .and. largest > 0 .and. blocks%n_grown == 0) then
+        expected = 'at most the size of the largest block that may break, '//short_text(largest)
+      else
+        return
+      end if
+      call fail(error, status_bad_input, given_at(scene%words, 'cracks.length')//': expected cracks.length of '//expected// &
+                ', found '//real_text(s%crack_length))
+    end associate
+  end subroutine check_crack_length
 
   !> Elements that carry points: of the block of each the one that holds it.
   function elements_of_points(system, state, block) result(element)
