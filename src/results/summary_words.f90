@@ -208,9 +208,9 @@ contains
 
     text = ''
     if (share_of_blows(summary) > suspicious_blows) &
-      text = words(100*share_of_blows(summary))//' % of the supplied energy went into impacts that the steps are too long to '// &
-             'follow, so chance decides how far blocks bounce: set contact.restitution, from 0 (no bounce) to 1 (full bounce), '// &
-             'or take steps of at most '//words(summary%blows%swing/steps_in_swing)
+      text = words(100*min(1.0_dp, share_of_blows(summary)))//' % of the supplied energy went into impacts that the steps are '// &
+             'too long to follow, so chance decides how far blocks bounce: set contact.restitution, from 0 (no bounce) to 1 '// &
+             '(full bounce), or take steps of at most '//words(summary%blows%swing/steps_in_swing)
   end function warning_of_blows
 
   !> How far the run is off, by its own estimate.
