@@ -39,8 +39,6 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from .arguments import above, above_zero, ends_in_a_line, parser_for, say, whole_from
-from .conditions import draw_conditions
-from .drawing import JOINTS, Frames, Look, draw_frames
 from .errors import NoFactor, ScreeError
 from .in_force import Explained, numbers
 from .mechanisms import Mechanism, Sought, mechanisms_of
@@ -373,6 +371,8 @@ def write_table(path, trials):
 
 def draw_mechanism(found: Found, what: str, units: Units) -> typing.Any:
     """A picture of the run that falls: displacements, states of joints, water, supports and bolts, and the factor above."""
+    from .conditions import draw_conditions  # here, as matplotlib takes a second to begin
+    from .drawing import JOINTS, Frames, Look, draw_frames
     shapes = Frames(found.results, found.results.stem)
     states = [JOINTS["state"]] if shapes.file.contacts_of(-1) is not None else []
     figure = draw_frames([shapes], ["last"], "displacement", [*states, draw_conditions], Look(units=units))

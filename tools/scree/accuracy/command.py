@@ -148,12 +148,12 @@ def run_out(given):
 
 def study(given):
     """Runs what is left to run, prints the tables, writes the files."""
-    from .diagrams import draw  # here, as matplotlib takes a second to begin
-    from .page import write_page
     path = program(given.scree)
     with work_folder() as decks:
         studies = [study_of(scene, given, decks, path) for scene in scenes_of(given, path)]
         run_all(studies, path, given.rounds, given.jobs, given.limit, given.instructions)
+    from .diagrams import draw  # here, as matplotlib takes a second to begin
+    from .page import write_page
     found, pictures = [Findings(one) for one in studies], []
     for findings in found:
         print_findings(findings)

@@ -22,9 +22,8 @@ from ..arguments import ends_in_a_line, parser_for, whole_from
 from ..errors import ScreeError
 from ..program import StrPath, made_folder
 from ..records import Bar
-from .pictures import KILO, draw_histograms, draw_paths
 from .runs import Path, all_falls
-from .scene import BARRIER, RockFall
+from .scene import BARRIER, KILO, RockFall
 
 ROCKS, COLLECTED, PATHS, HISTOGRAMS = "rocks.csv", "collectors.csv", "paths.png", "histograms.png"
 
@@ -52,10 +51,12 @@ class Falls:
 
     def plot(self) -> typing.Any:
         """A figure with the paths and the envelopes."""
+        from .pictures import draw_paths  # here, as matplotlib takes a second to begin
         return draw_paths(self.scene, self.paths)
 
     def histograms(self) -> typing.Any:
         """A figure with the histograms."""
+        from .pictures import draw_histograms  # here, as matplotlib takes a second to begin
         return draw_histograms(self.scene, self.paths, self.collected)
 
 

@@ -11,12 +11,11 @@ from matplotlib.lines import Line2D
 
 from ..drawing import JOINT_COLOURS, ROCKS
 from .runs import Path
-from .scene import BARRIER, RockFall
+from .scene import BARRIER, KILO, RockFall
 
 WIDE = 8.0          # inches
 PLACES = 200        # of an envelope
 USUAL = 95          # percentile that an envelope shows beside the largest
-KILO = 1e3
 COLOURS = {"rest": "#0072B2", "out": "#D55E00", "moving": "0.4"}
 MEASURES = {"height": "height of the centre above the slope [m]", "speed": "speed [m/s]", "energy": "kinetic energy [kJ]"}
 

@@ -14,7 +14,7 @@ from ..errors import ScreeError
 from ..program import StrPath
 from ..studies.tables import draw
 
-GRAVITY = 9.81
+GRAVITY, KILO = 9.81, 1e3
 ROCK, OUT, BARRIER = "falling rock", "beyond the slope", "barrier"  # joint materials that the scene adds: of rocks, of the ground beyond the slope, of a barrier
 ADDED = {ROCK: (89.0, 1.0), OUT: (89.0, 0.0), BARRIER: (30.0, 0.0)}  # friction angle in degrees, restitution; that of less friction counts
 KNOWN = {"title", "slope", "ground", "materials", "start", "rock", "barrier", "collectors", "number", "seed", "time", "step", "gravity"}

@@ -2,8 +2,6 @@
 import math
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import linprog
 
 from .. import block_files
 from .cases import DECKS, G, Row, case, verdict
@@ -19,6 +17,7 @@ ARCHES = {"arch7": (7, 0.15, 157.5), "arch15": (15, 0.15, 157.5), "arch9": (9, 0
 def pulse_tilt(block, amplitude, omega):
     """Largest tilt over atan(b/h) of a rigid block that rocks on ground with the acceleration amplitude sin(omega t) g for one cycle; infinite where
     it overturns. An impact leaves 1 - 1.5 sin^2 alpha of the speed (Housner 1963, Makris and Zhang 2001). After the cycle it rocks freely, by energy."""
+    from scipy.integrate import solve_ivp  # here, as scipy takes half a second to begin
     p2, left, lifts, end = 0.75 * block.g / block.R, 1 - 1.5 * math.sin(block.alpha)**2, math.tan(block.alpha), 2 * math.pi / omega
     if amplitude <= lifts:
         return 0.0
@@ -59,6 +58,7 @@ def least_pulse(block, omega):
 def pushed_arch(voussoirs, thickness, degrees):
     """Largest acceleration along x, over g, that an arch of rigid voussoirs bears, none of whose joints pulls or slides: the linear programme of
     forces at both ends of each joint (Livesley 1978). The radius of its middle line is 1."""
+    from scipy.optimize import linprog  # here, as scipy takes half a second to begin
     corners, ways = voussoirs_of(voussoirs, thickness, degrees)
     n = 4 * (voussoirs + 1) + 1  # at each joint thrust and shear inside, then outside; the acceleration
     balance, weight = [], []
