@@ -142,12 +142,16 @@ class Counter:
             raise RunFailed((done.stderr.splitlines() or [""])[-1], done.returncode, done.stderr)
         return done.stderr
 
-    def instructions(self, words):
-        """Those of the steps and the looks at what they made, without output; and without those that are not the same each time."""
+    def instructions(self, words, frame=0):
+        """Those of the steps and the looks at what they made, without output; and without those that are not the same each time. Only the
+        steps after a frame count; frame 0 is the start. Callgrind writes a profile of what was done before each frame, with a number from
+        1 on, and one of the rest, without a number."""
         steps = [f"--toggle-collect=__scree_{name}" for name in ("sleep_MOD_advance_awake", "watch_MOD_watch_step")]
-        with tempfile.NamedTemporaryFile("r", suffix=".callgrind") as profile:
-            self.run(["--tool=callgrind", f"--callgrind-out-file={profile.name}", *steps], words)
-            return own_instructions(pathlib.Path(profile.name).read_text())
+        with tempfile.TemporaryDirectory() as folder:
+            profile = pathlib.Path(folder) / "profile"
+            self.run(["--tool=callgrind", f"--callgrind-out-file={profile}", "--dump-before=__scree_results_file_MOD_add_frame", *steps], words)
+            before = {profile.with_suffix(f".{k}") for k in range(1, frame + 2)}
+            return sum(own_instructions(path.read_text()) for path in set(profile.parent.iterdir()) - before)
 
     def allocations(self, words):
         said = self.run(["--tool=memcheck", "--leak-check=no", "--undef-value-errors=no"], words)
@@ -176,22 +180,20 @@ def own_instructions(profile):
 
 
 def measure(scene, counter, folder, allocations=True):
-    """Figures of a step: what a run to the last step takes more than one to the first."""
+    """Figures of a step after the first ones of a run, up to the last."""
     decks, output = scene.write(folder, "scene"), folder / "scene.h5"
 
-    def words(steps):
+    def words(steps, *settings):
         output.unlink(missing_ok=True)
-        return ["run", *decks, "-o", output, "--quiet", *with_settings([*scene.settings, f"step.count={steps}"])]
+        return ["run", *decks, "-o", output, "--quiet", *with_settings([*scene.settings, f"step.count={steps}", *settings])]
 
-    def a_step(count):
-        ends = [count(words(steps)) for steps in (scene.first, scene.last)]
-        return (ends[1] - ends[0]) / (scene.last - scene.first)
-
+    counted = scene.last - scene.first
     row = {"blocks": len(scene.blocks)}
     if counter.valgrind:
-        row["instructions"] = a_step(counter.instructions)
+        row["instructions"] = counter.instructions(words(scene.last, f"output.every={scene.first}"), frame=1) / counted
         if allocations:
-            row["allocations"] = a_step(counter.allocations)
+            first, last = (counter.allocations(words(steps)) for steps in (scene.first, scene.last))
+            row["allocations"] = (last - first) / counted
     subprocess.run([counter.program, *words(scene.last)], capture_output=True, check=True)
     r = read(output)
     count = dict(zip(r.cost.work, r.cost["count"].tolist()))
