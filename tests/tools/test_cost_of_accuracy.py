@@ -314,7 +314,7 @@ def test_a_change_of_any_file_of_a_deck_is_another_run(tmp_path):
     deck.write_text((TURN / "t4.ana").read_text().replace("&deck geometry='triangle.geo' /", ""))
     geometry.write_text((TURN / "triangle.geo").read_text())
     given = [deck, "--strains", "deck", "--integrators", "deck", "--contacts", "deck", "--tolerances", "deck", "--steps", 4,
-             "--rounds", 1]
+             "--rounds", 1, "--quantity", "area"]
     count = []
     for change in (lambda: None, lambda: None, lambda: geometry.write_text(geometry.read_text().replace("0.1  0.0 ", "0.11 0.0 ")),
                    lambda: deck.write_text(deck.read_text().replace("2500 0 1e10", "2600 0 1e10"))):
