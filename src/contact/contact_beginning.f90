@@ -8,7 +8,7 @@ module scree_contact_beginning
   use scree_effects, only: weights_of_blocks
   use scree_element_term, only: step_rule_t
   use scree_joint_rules, only: joints_follow_stress
-  use scree_joint_stiffness, only: bonded_entrance, bonded_length, keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact
+  use scree_joint_stiffness, only: bonded_entrance, keep_stiffness, mean_of_bonds, measure_bond, measure_contact, stiffen_contact
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_regions, only: first_vertex_of, last_vertex_of
@@ -163,12 +163,11 @@ contains
     integer :: i, k
 
     bonds = has_bonds(try%law)
+    if (.not. any(bonds)) return
     do i = 1, size(try%contact)
       do k = 1, try%contact(i)%n_entrances
         associate (entrance => try%contact(i)%entrance(k))
-          if (.not. bonds(entrance%joint)) cycle
-          entrance%memory%length = bonded_length(outlines, position, try%contact(i)%stands_for_both, entrance)
-          entrance%memory%bonded = entrance%memory%length > 0
+          call measure_bond(outlines, position, try%law, bonds, try%contact(i)%stands_for_both, entrance)
           if (decides_outside(try%law) .and. try%geometry(k, i)%gap > max(try%rounding, of_a_file*entrance%memory%length)) &
             entrance%memory%bonded = .false.
         end associate

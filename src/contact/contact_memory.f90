@@ -155,7 +155,7 @@ contains
     slip_of = along_edge(survey, entrance%vertex, entrance%edge) - entrance%anchor*survey%length(entrance%edge)
   end function slip_of
 
-  !> Hands on all that an entrance remembers, but for its place and its anchor.
+  !> Hands on all that an entrance remembers, but for its place and its anchor. A bond keeps its joint material.
   pure subroutine recall(was, entrance)
     type(entrance_t), intent(in) :: was
     type(entrance_t), intent(inout) :: entrance
@@ -165,7 +165,7 @@ contains
     entrance = was
     entrance%vertex = new%vertex
     entrance%edge = new%edge
-    entrance%joint = new%joint
+    if (.not. was%memory%bonded) entrance%joint = new%joint
     entrance%pair = new%pair
     entrance%anchor = new%anchor
   end subroutine recall

@@ -14,7 +14,7 @@ module scree_stressed_joints
   use scree_contact_rules, only: has_bonds
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, state_locked, state_sliding
   use scree_joint_rules, only: friction_of, overlap_under
-  use scree_joint_stiffness, only: common_lengths, facing_edges, is_hard
+  use scree_joint_stiffness, only: common_lengths, facing_edges, is_hard, measure_bond
   use scree_kinds, only: dp
   implicit none
   private
@@ -149,8 +149,7 @@ contains
     bonds = has_bonds(law)
     own = contact%entrance(k)
     own%memory%pressing = pressing
-    own%memory%length = 0.5_dp*sum(common_lengths(outlines, position, contact%stands_for_both, own))
-    own%memory%bonded = bonds(own%joint)
+    call measure_bond(outlines, position, law, bonds, contact%stands_for_both, own)
     strength = friction_of(law, own)*pressing + bond(own, law%joint(own%joint)%cohesion)
   end function shear_strength
 

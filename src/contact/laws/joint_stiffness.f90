@@ -7,13 +7,13 @@ module scree_joint_stiffness
   use scree_contact_geometry, only: frame_of_edge
   use scree_contacts, only: contact_law_t, contact_t, entrance_t, outlines_t, parallel
   use scree_joint_roughness, only: follows_stress
-  use scree_joint_rules, only: energy_beside_spring
+  use scree_joint_rules, only: energy_beside_spring, weaker_joint
   use scree_kinds, only: dp
   use scree_sets, only: root_of, unite
   implicit none
   private
-  public :: bonded_entrance, bonded_length, change_stiffness, common_lengths, facing_edges, follow_slip, is_hard, &
-            keep_stiffness, mean_of_bonds, measure_contact, stiffen_contact, take_stiffness
+  public :: bonded_entrance, change_stiffness, common_lengths, facing_edges, follow_slip, is_hard, &
+            keep_stiffness, mean_of_bonds, measure_bond, measure_contact, stiffen_contact, take_stiffness
 
   !> Of the edges about: a vertex so near to the end of an edge is at it, and faces the edge beyond, too.
   real(dp), parameter, public :: at_end = 1e-3_dp
@@ -308,19 +308,32 @@ contains
     end associate
   end function length_by_faces
 
-  !> Length of a bonded joint that a contact stands for. It is 0 if no edge at the vertex is parallel to the edge of the entrance.
-  !> It is also 0 if parallel edges only lie beside each other up to rounding, as at the crossing of two joints.
-  pure real(dp) function bonded_length(outlines, position, stands_for_both, entrance) result(length)
+  !> Measures the bond of an entrance: the length of bonded joint that the entrance stands for, which is half of each piece of the
+  !> joint at its vertex whose material has bonds. So the bonds of a joint add up to the bonded part of it, wherever that ends.
+  !>
+  !> The length is 0 if no such piece is there, or if edges only lie beside each other up to rounding, as at the crossing of two
+  !> joints. The entrance gets the material of the bonded piece, unless one of its bonded pieces has its own material.
+  pure subroutine measure_bond(outlines, position, law, bonds, stands_for_both, entrance)
     type(outlines_t), intent(in) :: outlines
     real(dp), intent(in) :: position(:, :)     !! (2, n_vertices), length
+    type(contact_law_t), intent(in) :: law
+    logical, intent(in) :: bonds(:)            !! (n_joints) the contacts of a joint are bonded
     logical, intent(in) :: stands_for_both     !! the vertex at the nearer end of the edge has the contact, too, however far
-    type(entrance_t), intent(in) :: entrance
+    type(entrance_t), intent(inout) :: entrance
     type(vertex_edges_t) :: faces
+    real(dp) :: bonded(2)                      ! of each piece, length
+    integer :: face(2), facing(2), k, piece(2)
 
+    face = [entrance%vertex, outlines%previous(entrance%vertex)]
+    facing = facing_edges(outlines, position, stands_for_both, entrance)
+    piece = [(weaker_joint(law, outlines%joint(face(k)), outlines%joint(facing(k))), k=1, 2)]
+    bonded = merge(common_lengths(outlines, position, stands_for_both, entrance), 0.0_dp, bonds(piece))
     faces = faces_at(outlines, position, stands_for_both, .true., entrance)
-    length = 0.5_dp*sum(faces%common, faces%flat)
-    if (length < at_end*faces%shorter) length = 0.0_dp
-  end function bonded_length
+    entrance%memory%length = 0.5_dp*sum(bonded)
+    if (entrance%memory%length < at_end*faces%shorter) entrance%memory%length = 0.0_dp
+    entrance%memory%bonded = entrance%memory%length > 0
+    if (entrance%memory%bonded .and. .not. any(piece == entrance%joint .and. bonded > 0)) entrance%joint = piece(maxloc(bonded, 1))
+  end subroutine measure_bond
 
   !> Edges that the edge which begins at the vertex of an entrance, and the edge which ends there, face. A contact that stands for
   !> two vertices is between all four edges there, which may bend; another one is at its own edge alone.
