@@ -87,6 +87,15 @@ def test_the_stress_is_that_of_contacts_on_both_platens(ucs):
         assert -lower[1] / width == pytest.approx(found.stress[frame - 1], abs=inertia)
 
 
+def test_a_test_without_pressure_ends_nearer_to_its_peak(tmp_path):
+    """It ends in the first step whose stress is down to the share that its specimen names, and that is larger than under a pressure."""
+    found = run_specimen(Specimen("bending", 60, width=0.025), 1, tmp_path)
+    over_peak = found.stress / np.maximum.accumulate(found.stress)
+    assert found.has_peak and over_peak[-1] <= found.specimen.fallen < over_peak[:-1].min()
+    assert Specimen("biaxial", pressure=1e6).fallen < Specimen("biaxial").fallen == found.specimen.fallen < 1
+    assert Specimen("biaxial", pressure=1e6, past_peak=0.8).fallen == Specimen("ucs", past_peak=0.8).fallen == 0.8
+
+
 def test_bonds_are_counted(ucs):
     found, _ = ucs
     assert found.bonds[0].tolist()[1:] == [0, 0] and (np.diff(found.bonds[:, 0]) <= 0).all() and (np.diff(found.bonds[:, 1:], axis=0) >= 0).all()

@@ -124,7 +124,7 @@ def outcome_of(specimen: Specimen, seed: int, results: Results) -> Outcome:
     moved = results.measured_points.displacement.reshape(len(history.time), GAUGES, 4, 2)  # left, right, low, high
     across = (moved[:, :, 1, 0] - moved[:, :, 0, 0]).mean(axis=1) / (0.8 * specimen.width)
     strain, stress = curve_of(specimen, results)
-    fell = bool(stress[-1] <= specimen.past_peak * stress.max()) or level_stress(strain, stress) is not None
+    fell = bool(stress[-1] <= specimen.fallen * stress.max()) or level_stress(strain, stress) is not None
     return Outcome(specimen, seed, pathlib.Path(results.path), strain, stress, across, np.asarray(history.bonds), fell,
                    results.n_blocks - specimen.platens, processor_seconds(results))
 

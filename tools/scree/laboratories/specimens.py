@@ -17,6 +17,7 @@ PLATEN, WALL = 0.1, 0.02  # thickness of a platen and gap between the two boxes 
 SPAN, NOTCH = 0.8, (0.2, 0.02)  # of a beam: distance of its supports over its length, depth and width of its notch over its height
 SLOW = 4.5                # step, over the time of a wave through the specimen: inertia bears 1/(2 SLOW^2) of what a step adds to the load
 MOST = 4.0                # strain of a test by default, over that at which bonds begin to fail
+FALLEN, FALLEN_UNDER_PRESSURE = 0.7, 0.5  # stress over its peak at which a test ends
 COARSE, UNTIL = 4, 0.4    # steps of the elastic part over those of the rest, up to this part of the strain at which bonds fail
 
 
@@ -40,7 +41,8 @@ class Rock:
 class Specimen:
     """What a test is made with: `kind` is one of TESTS, `width` (m) is that of a rectangle, the diameter of a disc, the length of a
     shear box, or a quarter of the length of a beam. `pressure` (Pa) confines, or presses on the shear box. `strain` is the largest, over the
-    height of the specimen; it is reached in `steps` even steps, and steps are longer before bonds may fail."""
+    height of the specimen; it is reached in `steps` even steps, and steps are longer before bonds may fail. The test ends where the stress has
+    fallen to `past_peak` of its largest; None leaves that to `fallen`."""
 
     kind: str = "ucs"
     grains: int = 400
@@ -54,7 +56,7 @@ class Specimen:
     platen_phi: float = 5.0
     strain: float | None = None
     steps: int = 240
-    past_peak: float = 0.5
+    past_peak: float | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in TESTS:
@@ -107,6 +109,13 @@ class Specimen:
         return rock.tension / rock.young * (SPAN * 4) ** 2 / 6  # deflection of a beam over its height
 
     @property
+    def fallen(self) -> float:
+        """Stress over its peak at which the test ends. Without a pressure the result of a test is its peak; with one it is what stays, too."""
+        if self.past_peak is not None:
+            return self.past_peak
+        return FALLEN_UNDER_PRESSURE if self.pressure > 0 else FALLEN
+
+    @property
     def platens(self) -> int:
         """How many blocks are platens; they follow the grains."""
         return {"shear": 6, "bending": 3}.get(self.kind, 2)
@@ -144,7 +153,7 @@ class Specimen:
             m.measure(f"low {k}", ((share - 0.5) * w, 0.25 * h))
             m.measure(f"high {k}", ((share - 0.5) * w, 0.75 * h))
         m.static(balance=None, steps=round(way[-1][0] / self.step), size=self.step)
-        m["step.past_peak"] = self.past_peak
+        m["step.past_peak"] = self.fallen
         m["output.every"] = max(1, self.steps // 20)
         return m
 
