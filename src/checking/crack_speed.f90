@@ -10,8 +10,8 @@ module scree_crack_speed
 
 contains
 
-  !> Warns where a dynamic step is longer than Rayleigh waves, which no crack outruns, take along a side of a triangle at a tip.
-  !> A tip grows by one triangle in a step, so its crack would be slower than it can be.
+  !> Warns where a dynamic step is longer than Rayleigh waves, which no crack outruns, take along a side of a triangle at a tip, or
+  !> where a crack may begin. A tip grows by one triangle in a step, so its crack would be slower than it can be.
   function crack_step_warning(scene, model) result(warning)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -23,16 +23,32 @@ contains
     if (.not. (allocated(model%tip) .and. model%settings%cracks_may_grow()) .or. scene%is_static()) return
     longest = huge(longest)
     do i = 1, size(model%tip)
-      associate (material => model%elements%material(model%tip(i)%element))
-        if (.not. scene%block_material(material)%density > 0) cycle
-        longest = min(longest, model%tip(i)%edge/rayleigh_speed(model%effects%elasticity(:, :, material), &
-                                                                scene%block_material(material)%density))
-      end associate
+      longest = min(longest, time_along(model%tip(i)%edge, model%tip(i)%element))
     end do
+    if (allocated(model%crack_start)) then
+      do i = 1, size(model%crack_start)
+        longest = min(longest, time_along(model%crack_start(i)%edge, model%crack_start(i)%element))
+      end do
+    end if
     if (.not. scene%settings%step_size > longest) return
     call append(warning, 'the step '//short_text(scene%settings%step_size)//' lets cracks run at '// &
                 short_text(longest/scene%settings%step_size)//' of the speed of Rayleigh waves, as each grows by one '// &
                 'triangle in a step; a step below '//short_text(longest)//' lets them run as fast as they can')
+
+  contains
+
+    !> Time that Rayleigh waves take along a side of a triangle at an element; huge: its rock has no mass.
+    real(dp) function time_along(edge, element)
+      real(dp), intent(in) :: edge           !! length
+      integer, intent(in) :: element
+
+      time_along = huge(time_along)
+      associate (material => model%elements%material(element))
+        if (scene%block_material(material)%density > 0) &
+          time_along = edge/rayleigh_speed(model%effects%elasticity(:, :, material), scene%block_material(material)%density)
+      end associate
+    end function time_along
+
   end function crack_step_warning
 
   !> Speed of Rayleigh waves, length/time: the root x = (c/c_s)^2 below 1 of (2 - x)^2 = 4 [(1 - x)(1 - x c_s^2/c_p^2)]^(1/2)

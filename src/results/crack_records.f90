@@ -1,25 +1,23 @@
-!> Series of cracks: a row each step of their tips, in /history/cracks, and a row for each piece by which they grow, in /growth.
+!> Tables of cracks: a row each step for each tip that is there, in /tips, and a row for each piece by which they grow, in /growth.
 !>
-!> The columns are the tips that the decks draw, as they grow; cracks that begin have none. A tip that has met an outline or another
-!> crack has zeros. So has the stress intensity of a tip whose disc has too little room.
+!> A crack that begins has the tip with the next free number. A tip that has met an outline or another crack has no more rows.
+!> Where the disc of a tip has too little room, its stress intensity is 0.
 module scree_crack_records
-  use scree_crack_tip, only: crack_tip_t
   use scree_errors, only: error_t
   use scree_kinds, only: dp
   use scree_model, only: cache_t, model_t
   use scree_results_file, only: declare_series, put_series, results_t
-  use scree_state, only: cracks_t, state_t
+  use scree_state, only: cracks_t, state_t, time_of_run
   use scree_stress_intensity, only: place_of_tip, stress_intensity
   use scree_tip_disc, only: is_measured
   implicit none
   private
-  public :: crack_records_t, declare_cracks, declare_growth, growth_records_t, put_cracks, put_growth
+  public :: declare_growth, declare_tips, growth_records_t, put_growth, put_tips, tip_records_t
 
-  !> Handles of the series; 0 where no stress intensity is asked for.
-  type :: crack_records_t
-    integer :: place = 0, opening = 0, shear = 0, length = 0
-    integer :: n = 0 !! tips
-  end type crack_records_t
+  !> Handles of the series of tips; 0 where no stress intensity is asked for.
+  type :: tip_records_t
+    integer :: time = 0, tip = 0, opening = 0, shear = 0, place = 0, length = 0
+  end type tip_records_t
 
   !> Handles of the series of pieces.
   type :: growth_records_t
@@ -28,18 +26,18 @@ module scree_crack_records
 
 contains
 
-  !> Declares the series of some tips.
-  subroutine declare_cracks(results, tips, records, error)
+  !> Declares the series of the tips.
+  subroutine declare_tips(results, records, error)
     type(results_t), intent(inout) :: results
-    type(crack_tip_t), intent(in) :: tips(:)
-    type(crack_records_t), intent(out) :: records
+    type(tip_records_t), intent(out) :: records
     type(error_t), allocatable, intent(inout) :: error
 
-    records%n = size(tips)
-    call a_series('place', [2, size(tips)], 'length', 'place of each tip', records%place)
-    call a_series('K_I', [size(tips)], 'force/length^2*length^(1/2)', 'stress intensity factor of mode I', records%opening)
-    call a_series('K_II', [size(tips)], 'force/length^2*length^(1/2)', 'stress intensity factor of mode II', records%shear)
-    call a_series('length', [size(tips)], 'length', 'length of the crack of each tip', records%length)
+    call a_series('time', [integer ::], 'time', 'end of the step', records%time)
+    call declare_series(results, '/tips/tip', [integer ::], '1', 'number of the tip, from 1', records%tip, error, whole=.true.)
+    call a_series('K_I', [integer ::], 'force/length^2*length^(1/2)', 'stress intensity factor of mode I', records%opening)
+    call a_series('K_II', [integer ::], 'force/length^2*length^(1/2)', 'stress intensity factor of mode II', records%shear)
+    call a_series('place', [2], 'length', 'place of the tip', records%place)
+    call a_series('length', [integer ::], 'length', 'length of its crack', records%length)
 
   contains
 
@@ -49,36 +47,35 @@ contains
       integer, intent(in) :: shape(:)
       integer, intent(out) :: handle
 
-      call declare_series(results, '/history/cracks/'//name, shape, units, description, handle, error)
+      call declare_series(results, '/tips/'//name, shape, units, description, handle, error)
     end subroutine a_series
 
-  end subroutine declare_cracks
+  end subroutine declare_tips
 
-  !> A row of each series. Errors: a number that is not finite.
-  subroutine put_cracks(results, records, model, cache, state, error)
+  !> Adds a row for each tip at the end of a step. Errors: a number that is not finite.
+  subroutine put_tips(results, records, model, cache, state, error)
     type(results_t), intent(inout) :: results
-    type(crack_records_t), intent(in) :: records
+    type(tip_records_t), intent(in) :: records
     type(model_t), intent(in) :: model
     type(cache_t), intent(in) :: cache
     type(state_t), intent(in) :: state
     type(error_t), allocatable, intent(inout) :: error
-    real(dp), allocatable :: K(:, :), length(:), place(:, :)
+    real(dp) :: K(2)
     integer :: i
 
-    allocate (K(2, records%n), place(2, records%n), length(records%n), source=0.0_dp)
     do i = 1, size(model%tip)
-      associate (tip => model%tip(i), number => model%tip(i)%number)
-        if (number > records%n) cycle
-        place(:, number) = place_of_tip(model, state, tip) + model%origin
-        length(number) = tip%length
-        if (is_measured(tip)) K(:, number) = stress_intensity(model, cache, state, tip)
+      associate (tip => model%tip(i))
+        K = 0.0_dp
+        if (is_measured(tip)) K = stress_intensity(model, cache, state, tip)
+        call put_row(results, records%time, [time_of_run(state)], error)
+        call put_row(results, records%tip, [real(tip%number, dp)], error)
+        call put_row(results, records%opening, K(1:1), error)
+        call put_row(results, records%shear, K(2:2), error)
+        call put_row(results, records%place, place_of_tip(model, state, tip) + model%origin, error)
+        call put_row(results, records%length, [tip%length], error)
       end associate
     end do
-    call put_row(results, records%place, [place], error)
-    call put_row(results, records%opening, K(1, :), error)
-    call put_row(results, records%shear, K(2, :), error)
-    call put_row(results, records%length, length, error)
-  end subroutine put_cracks
+  end subroutine put_tips
 
   !> Declares the series of the pieces by which cracks grow.
   subroutine declare_growth(results, records, error)

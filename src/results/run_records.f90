@@ -4,7 +4,7 @@ module scree_run_records
   use scree_contact_geometry, only: frame_of_edge
   use scree_contact_rules, only: has_bonds
   use scree_contacts, only: contact_t, state_open
-  use scree_crack_records, only: crack_records_t, declare_cracks, declare_growth, growth_records_t, put_cracks
+  use scree_crack_records, only: declare_growth, declare_tips, growth_records_t, put_tips, tip_records_t
   use scree_departure_records, only: declare_departures, departure_records_t
   use scree_deviation, only: error_of_blocks, share_off
   use scree_effects, only: supports_move
@@ -44,7 +44,7 @@ module scree_run_records
     integer :: body_green = 0, body_area = 0, body_centroid = 0, body_rotation = 0, body_velocity = 0, body_stress = 0
     integer :: point_position = 0, point_displacement = 0, point_velocity = 0, point_stress = 0
     integer, allocatable :: measured(:)               !! points of the system
-    type(crack_records_t) :: cracks
+    type(tip_records_t) :: tips
     type(growth_records_t) :: growth
     type(departure_records_t) :: departures
   end type records_t
@@ -118,7 +118,7 @@ contains
     call declare_costs()
     if (kinds%error) call declare_errors()
     call declare_rest()
-    if (model%settings%measures_tips) call declare_cracks(results, model%tip, records%cracks, error)
+    if (model%settings%measures_tips) call declare_tips(results, records%tips, error)
     if (allocated(model%effects%contact)) call declare_open_close()
 
   contains
@@ -415,7 +415,7 @@ contains
     call put(records%rejected, [real(report%rejected, dp)])
     call put(records%green, [real(count(state%green), dp)])
     call put_errors()
-    if (model%settings%measures_tips) call put_cracks(results, records%cracks, model, cache, state, error)
+    if (model%settings%measures_tips) call put_tips(results, records%tips, model, cache, state, error)
     if (records%unbalanced > 0) then
       if (allocated(report%balance)) balance = report%balance
       call put(records%unbalanced, [balance%share])

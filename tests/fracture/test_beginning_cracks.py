@@ -149,8 +149,27 @@ def test_a_path_turns_with_the_scene(tmp_path):
     assert paths[1] == pytest.approx(paths[0], abs=1e-6)
 
 
+def with_tips(deck):
+    """The deck, which writes the tips of cracks."""
+    deck.write_text(deck.read_text().replace("&output every=1", "&output every=1, cracks='tips'"))
+    return deck
+
+
+def test_a_tip_has_rows_from_when_its_crack_begins(tmp_path):
+    r = scree.run(with_tips(bar(tmp_path, 0.95, steps=4)), timeout=60)
+    assert np.array_equal(r.tips.tip, [1] * 3) and np.array_equal(r.tips.time, r.history.time[1:])
+    for time, place, length in zip(r.tips.time, r.tips.place, r.tips.length):
+        pieces = r.growth.time[()] < time
+        ways = r.growth.end[pieces] - r.growth.start[pieces]
+        assert length == pytest.approx(np.hypot(*ways.T).sum(), rel=1e-9)
+        assert place == pytest.approx(r.growth.end[pieces][-1], abs=1e-3)  # by the small displacement of the bar
+    assert (r.tips.K_I > 0).all() and np.array_equal(r.history.cracks.K_I[:, 0], [0, *r.tips.K_I])
+    assert r.history.cracks.place.shape == (4, 1, 2) and r.history.units("cracks/K_I") == r.tips.units("K_I")
+    assert "cracks/K_II" in r.history and "history/cracks" in r and "cracks/length" in r.history.series()
+
+
 def test_a_run_goes_on_to_the_bit_after_a_crack_began(tmp_path):
-    deck = bar(tmp_path, 0.95, steps=6)
+    deck = with_tips(bar(tmp_path, 0.95, steps=6))
     whole, half = tmp_path / "whole.h5", tmp_path / "half.h5"
     subprocess.run([SCREE, "run", deck, "-o", whole, "--quiet"], check=True)
     subprocess.run([SCREE, "run", deck, "-o", half, "--quiet", "--set", "step.count=3"], check=True)
@@ -158,9 +177,9 @@ def test_a_run_goes_on_to_the_bit_after_a_crack_began(tmp_path):
     with h5py.File(whole) as a, h5py.File(half) as b:
         names = []
         a.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-        assert "elements/parent" in names
+        assert "elements/parent" in names and len(a["tips/tip"])
         for name in names:
-            if name.split("/")[0] in ("VTKHDF", "elements", "history", "bodies", "contacts"):
+            if name.split("/")[0] in ("VTKHDF", "elements", "growth", "tips", "history", "bodies", "contacts"):
                 assert a[name][()].tobytes() == b[name][()].tobytes(), name
 
 

@@ -185,7 +185,7 @@ def test_a_run_goes_on_to_the_bit_before_growth_and_in_the_middle_of_it(law, hal
         a.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
         assert "elements/parent" in names
         for name in names:
-            if name.split("/")[0] in ("VTKHDF", "elements", "growth", "history", "bodies", "contacts"):
+            if name.split("/")[0] in ("VTKHDF", "elements", "growth", "tips", "history", "bodies", "contacts"):
                 assert a[name][()].tobytes() == b[name][()].tobytes(), name
 
 

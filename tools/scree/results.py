@@ -26,6 +26,7 @@ if typing.TYPE_CHECKING:
 
 GIVEN_AS = {"fixed": 1, "load": 2, "measured": 3}  # /points/kind
 STEPS = ("search", "alone", "assemble", "factor", "solve", "judge", "friction", "restitution", "check", "update", "sleep")
+OF_TIPS = "history/cracks"  # arrays by step and tip, which the file has as a table
 LATER = -1  # the joint of an edge that a crack makes after a frame
 LOOKS, PAUSE = 40, 0.01  # how often a run that goes on is looked at where a write is under way, and seconds between two looks
 TORN = (OSError, KeyError, RuntimeError, ValueError)  # what h5py raises where a write is under way
@@ -65,13 +66,13 @@ class Group:
             raise AttributeError(problem.args[0]) from None
 
     def __contains__(self, name: str) -> bool:
-        return self._results._look(lambda f: f"{self._name}/{name}" in f)
+        return self._results._look(lambda f: in_file(f"{self._name}/{name}") in f)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._results._look(lambda f: list(f[self._name or "/"])))
+        return iter(self._results._look(lambda f: list(f[in_file(self._name) or "/"])))
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._results._look(lambda f: [*f[self._name or "/"], *f[self._name or "/"].attrs])]
+        return [*super().__dir__(), *self._results._look(lambda f: [*f[in_file(self._name) or "/"], *f[in_file(self._name) or "/"].attrs])]
 
     def units(self, name: str) -> str:
         """The dimension of a dataset, such as force/length^2."""
@@ -88,7 +89,8 @@ class Group:
             f[self._name or "/"].visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
             return names
 
-        return self._results._look(list_series)
+        tips = [f"cracks/{name}" for name in ("K_I", "K_II", "place", "length")] if self._name == "history" and "cracks" in self else []
+        return self._results._look(list_series) + tips
 
 
 class Contacts:
@@ -261,8 +263,8 @@ class Results(Group):
         for group in ("history", "measured_points"):
             if group in f:
                 f[group].visititems(lambda _, item: steps.append(len(item)) if isinstance(item, h5py.Dataset) else None)
-        n_steps = min(steps, default=0)
-        return {"history": n_steps, "measured_points": n_steps, "bodies": self.n_frames, "bolts": self.n_frames}
+        n_steps, n_tips = min(steps, default=0), min((len(item) for item in f.get("tips", {}).values()), default=0)
+        return {"tips": n_tips, "history": n_steps, "measured_points": n_steps, "bodies": self.n_frames, "bolts": self.n_frames}
 
     def _stamp_now(self):
         """What tells a file from another one by its name, and from what it was."""
@@ -302,7 +304,7 @@ class Results(Group):
         path = f"{group}/{name}".strip("/")
 
         def find(f):
-            item = f.get(path)
+            item = f.get(in_file(path))
             if isinstance(item, h5py.Group):
                 return Group(self, path)
             if path in self._layouts.last:
@@ -310,7 +312,8 @@ class Results(Group):
             if path == "points/element" and self._layouts.count > 1:
                 return self._layouts.carriers(self, item[()] - 1, f["points/place"][()]) + 1
             if item is not None:
-                return as_text(item[:self._rows[path.split("/")[0]]] if path.split("/")[0] in self._rows else item[()])
+                top = in_file(path).split("/")[0]
+                return as_text(item[:self._rows[top]] if top in self._rows else item[()])
             attributes = f[group or "/"].attrs
             if name in attributes:
                 return as_text(attributes[name])
@@ -318,12 +321,21 @@ class Results(Group):
                          "what a scene does not call for has no dataset")
 
         try:
-            return self._look(find)
+            found = self._look(find)
         except Absent as problem:
             raise KeyError(problem.args[0]) from None
+        return self._by_step(found) if group == OF_TIPS else found
+
+    def _by_step(self, rows):
+        """A column of the table of tips as an array with a row each step and a column each tip (s, t, ...); 0 where a tip is not there."""
+        step, tip = np.searchsorted(self.history.time, self.tips.time), self.tips.tip
+        values = np.zeros((len(self.history.time), tip.max(initial=0), *rows.shape[1:]))
+        there = step < len(values)
+        values[step[there], tip[there] - 1] = rows[there]
+        return values
 
     def _attribute(self, path, name):
-        return self._look(lambda f: as_text(f[path.strip("/")].attrs[name]))
+        return self._look(lambda f: as_text(f[in_file(path)].attrs[name]))
 
     @property
     def summary(self):
@@ -558,6 +570,12 @@ class Results(Group):
         there was none."""
         phases = STEPS if phase == "steps" else (phase,)
         return float(self[f"cost/{of}_seconds"][np.isin(self["cost/phase"], phases)].sum())
+
+
+def in_file(path):
+    """Where the file has it: `history.cracks` is the table of tips, by steps."""
+    path = path.strip("/")
+    return path.replace(OF_TIPS, "tips", 1) if f"{path}/".startswith(f"{OF_TIPS}/") else path
 
 
 def as_text(value):

@@ -15,7 +15,7 @@ INTENSITY = "[force/length$^2$*length$^(1/2)$]"
 
 @dataclasses.dataclass
 class Tip:
-    """A tip in a frame: its number from 1, as columns of /history/cracks, the element that holds it, from 0, with weights of the vertices
+    """A tip in a frame: its number from 1, the element that holds it, from 0, with weights of the vertices
     of this element, and K_I and K_II, which are 0 where they are not measured."""
 
     number: int
