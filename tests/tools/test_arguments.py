@@ -55,10 +55,10 @@ def test_what_is_no_such_number_is_refused(kind, words, said):
         assert f"found '{word}'" in str(refused.value)
 
 
-@pytest.mark.parametrize("tool,words", [
-    ("plot", ["slide.h5"]), ("film", ["slide.h5"]), ("report", ["slide.h5"]), ("contacts", ["slide.h5"]), ("map", ["map.dxf"]),
-    ("study", ["phi.csv", SLIDE, "--to"])])
-@pytest.mark.parametrize("name", ["deck.ana", "deck.blk", "deck"])
+@pytest.mark.parametrize("tool,words,name", [
+    *(("contacts", ["slide.h5"], name) for name in ("deck.ana", "deck.blk", "deck")),
+    *((tool, ["slide.h5"], "deck.ana") for tool in ("plot", "film", "report")),
+    ("map", ["map.dxf"], "deck.ana"), ("study", ["phi.csv", SLIDE, "--to"], "deck.ana")])
 def test_no_deck_is_written_over(folder, tool, words, name):
     """What is written has an ending of its own; that of a deck, or none, is refused."""
     deck = folder / name
@@ -67,8 +67,8 @@ def test_no_deck_is_written_over(folder, tool, words, name):
     assert " with the ending ." in said and said.endswith(f", found '{deck.suffix}'") and deck.read_text() == "a deck\n"
 
 
-@pytest.mark.parametrize("tool", ["plot", "film", "report", "contacts", "map"])
-@pytest.mark.parametrize("name,said", [(".", "."), ("/", "/"), ("", "."), ("..", ".."), ("a.h5", "a.h5")])
+@pytest.mark.parametrize("tool,name,said", [
+    *(("contacts", name, name or ".") for name in (".", "/", "", "..")), *((tool, "a.h5", "a.h5") for tool in ("plot", "film", "report", "contacts", "map"))])
 def test_a_directory_is_no_file(folder, tool, name, said):
     (folder / "a.h5").mkdir(exist_ok=True)
     assert one_line(folder, tool, name) == f"tools/{tool}: {said}: expected a file, found a directory"
