@@ -197,6 +197,7 @@ contains
       integer, intent(in) :: i
       real(dp), intent(in) :: place(2), area      !! length, length^2
       type(near_tip_field_t) :: field
+      complex(dp) :: root
       real(dp) :: q, g(2)
       integer :: mode
 
@@ -204,8 +205,9 @@ contains
         disc%area(i) = disc%area(i) + area
         call weight_at(tip, place, q, g)
         if (.not. q > 0) return
+        root = root_at(tip, place)
         do mode = 1, 2
-          field = field_at(tip, mode, place)
+          field = singular_field(mode, root, disc%shear, disc%kappa)
           associate (s => field%stress, e => field%strain, v => field%slope)
             disc%of_stress(:, mode, i) = disc%of_stress(:, mode, i) &
               + area*[v(1)*g(1) - e(1)*g(1), v(2)*g(2) - e(2)*g(1), v(1)*g(2) + v(2)*g(1) - e(3)*g(1)]
@@ -316,6 +318,16 @@ contains
     integer, intent(in) :: mode
     real(dp), intent(in) :: place(2)               !! not the tip, length
     real(dp), intent(in), optional :: behind(2)    !! of a face: direction from it into the block, of length 1
+
+    field = singular_field(mode, root_at(tip, place, behind), tip%disc%shear, tip%disc%kappa)
+  end function field_at
+
+  !> Root of the place as a complex number from the tip, in the axes of the tip: r^(1/2) e^(i angle/2), length^(1/2). Its cut is the
+  !> crack.
+  pure complex(dp) function root_at(tip, place, behind) result(root)
+    type(crack_tip_t), intent(in) :: tip
+    real(dp), intent(in) :: place(2)               !! not the tip, length
+    real(dp), intent(in), optional :: behind(2)    !! of a face: direction from it into the block, of length 1
     real(dp) :: from(2), angle, r
 
     from = place - tip%disc%place
@@ -326,8 +338,8 @@ contains
       if (angle > cut) angle = angle - 2*pi
       if (angle < cut - 2*pi) angle = angle + 2*pi
     end associate
-    field = singular_field(mode, sqrt(r)*exp(cmplx(0.0_dp, 0.5_dp*angle, dp)), tip%disc%shear, tip%disc%kappa)
-  end function field_at
+    root = sqrt(r)*exp(cmplx(0.0_dp, 0.5_dp*angle, dp))
+  end function root_at
 
   !> Angle from 0 to 2 pi at which the crack leaves a circle about its tip, rad: pi on its last piece.
   pure real(dp) function angle_of_crack(tip, r) result(angle)

@@ -13,6 +13,7 @@ module scree_block_finder
   !> Blocks by cell of a grid.
   type :: block_finder_t
     type(cell_grid_t) :: grid
+    real(dp), allocatable :: low(:, :), high(:, :) !! (2, n_blocks) corners of the box of each block, length
     real(dp) :: beside = 0.0_dp !! a position this far outside still belongs to a block, length
   end type block_finder_t
 
@@ -36,16 +37,22 @@ contains
     type(regions_t), intent(in) :: shape
     real(dp), intent(in) :: vertex(:, :)  !! (2, n_vertices), length
     real(dp), intent(in) :: beside        !! length
-    real(dp), dimension(2, region_count(shape)) :: low, high
-    integer :: b
+    integer :: b, k
 
     finder%beside = beside
+    allocate (finder%low(2, region_count(shape)), finder%high(2, region_count(shape)))
     do b = 1, region_count(shape)
-      low(:, b) = minval(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), 2)
-      high(:, b) = maxval(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), 2)
+      associate (low => finder%low(:, b), high => finder%high(:, b))
+        low = vertex(:, first_vertex_of(shape, b))
+        high = low
+        do k = first_vertex_of(shape, b) + 1, last_vertex_of(shape, b)
+          low = min(low, vertex(:, k))
+          high = max(high, vertex(:, k))
+        end do
+      end associate
     end do
     call set_up_grid(finder%grid, vertex, region_count(shape))
-    call place_boxes(finder%grid, low - beside, high + beside)
+    call place_boxes(finder%grid, finder%low - beside, finder%high + beside)
   end subroutine set_up_finder
 
   !> First block that holds a position, its edge included, else the nearest within reach; 0 where none is.
@@ -66,6 +73,7 @@ contains
       if (present(group)) then
         if (group(b) /= wanted) cycle
       end if
+      if (any(position < finder%low(:, b)) .or. any(position > finder%high(:, b))) cycle
       if (holds(vertex(:, first_vertex_of(shape, b):last_vertex_of(shape, b)), position, loops_of(shape, b))) then
         block_at = b
         return

@@ -9,7 +9,7 @@ module scree_cell_grid
   private
   public :: cell_grid_t, cells_of_box, left_of_column, number_of_cell, place_boxes, place_segments, set_up_grid
 
-  integer, parameter :: largest_sample = 20000 !! places that settle where columns and rows are
+  integer, parameter :: sample_share = 16 !! places a column or row, at most, that settle where these are
 
   !> Columns or rows.
   type :: axis_t
@@ -25,6 +25,12 @@ module scree_cell_grid
     integer, allocatable :: first(:)    !! (n_cells+1) cell c owns item(first(c):first(c+1)-1)
     integer, allocatable :: item(:)
   end type cell_grid_t
+
+  !> Items and the cells that they are in.
+  type :: places_t
+    integer, allocatable :: item(:), cell(:) !! (1:n), with room for more
+    integer :: n = 0
+  end type places_t
 
 contains
 
@@ -56,7 +62,7 @@ contains
     axis%low = minval(x)
     high = maxval(x)
     axis%width = max((high - axis%low)/n, tiny(1.0_dp))
-    sample = x(1:size(x):(size(x) + largest_sample - 1)/largest_sample)
+    sample = x(1:size(x):(size(x) + sample_share*n - 1)/(sample_share*n))
     allocate (none(max(n, size(sample))), source=0)
     call sort_by(sample, none(:size(sample)))
     start = [(axis%low + (high - axis%low)*i/(n - n/2), i=1, n - n/2 - 1), &
@@ -138,72 +144,88 @@ contains
     real(dp), intent(in) :: position(:, :)   !! (2, n_nodes), length
     integer, intent(in) :: ends(:, :)     !! (2, n) nodes of the segments
     real(dp), intent(in) :: margin        !! length
-    integer :: c, column, i, pass, range(2, 2), row, rows(2)
+    type(places_t) :: places
+    real(dp) :: low(2), high(2)
+    integer :: column, i, range(2, 2), row, rows(2)
 
-    allocate (grid%first(grid%n(1)*grid%n(2) + 1), source=0)
-    do pass = 1, 2 ! count, then list
-      do i = 1, size(ends, 2)
-        associate (a => position(:, ends(1, i)), b => position(:, ends(2, i)))
-          range = cells_of_box(grid, min(a, b) - margin, max(a, b) + margin)
-          do column = range(1, 1), range(1, 2)
-            rows = range(2, :)
-            if (rows(2) > rows(1) .and. range(1, 2) > range(1, 1)) rows = rows_in_column(grid, a, b, column, margin, rows)
-            do row = rows(1), rows(2)
-              c = number_of_cell(grid, column, row)
-              if (pass == 2) grid%item(grid%first(c)) = i
-              grid%first(c) = grid%first(c) + 1
-            end do
+    do i = 1, size(ends, 2)
+      associate (a => position(:, ends(1, i)), b => position(:, ends(2, i)))
+        low = min(a, b) - margin
+        high = max(a, b) + margin
+        range = cells_of_box(grid, low, high)
+        do column = range(1, 1), range(1, 2)
+          rows = range(2, :)
+          if (rows(2) > rows(1) .and. range(1, 2) > range(1, 1)) rows = rows_in_column(grid, a, b, column, margin, rows)
+          do row = rows(1), rows(2)
+            call add_place(places, i, number_of_cell(grid, column, row))
           end do
-        end associate
-      end do
-      if (pass == 1) then
-        call counts_to_starts(grid%first)
-        allocate (grid%item(grid%first(size(grid%first)) - 1))
-      end if
+        end do
+      end associate
     end do
-    grid%first(2:) = grid%first(:size(grid%first) - 1) ! listing moved every start to its end
-    grid%first(1) = 1
+    call list_by_cell(places, grid)
   end subroutine place_segments
 
   !> Lists every box in all cells that it touches.
   pure subroutine place_boxes(grid, low, high)
     type(cell_grid_t), intent(inout) :: grid
     real(dp), intent(in) :: low(:, :), high(:, :) !! (2, n) corners, length
-    integer :: c, column, i, pass, range(2, 2), row
+    type(places_t) :: places
+    integer :: column, i, range(2, 2), row
 
-    allocate (grid%first(grid%n(1)*grid%n(2) + 1), source=0)
-    do pass = 1, 2 ! count, then list
-      do i = 1, size(low, 2)
-        range = cells_of_box(grid, low(:, i), high(:, i))
-        do row = range(2, 1), range(2, 2)
-          do column = range(1, 1), range(1, 2)
-            c = number_of_cell(grid, column, row)
-            if (pass == 2) grid%item(grid%first(c)) = i
-            grid%first(c) = grid%first(c) + 1
-          end do
+    do i = 1, size(low, 2)
+      range = cells_of_box(grid, low(:, i), high(:, i))
+      do row = range(2, 1), range(2, 2)
+        do column = range(1, 1), range(1, 2)
+          call add_place(places, i, number_of_cell(grid, column, row))
         end do
       end do
-      if (pass == 1) then
-        call counts_to_starts(grid%first)
-        allocate (grid%item(grid%first(size(grid%first)) - 1))
-      end if
     end do
-    grid%first(2:) = grid%first(:size(grid%first) - 1)
-    grid%first(1) = 1
+    call list_by_cell(places, grid)
   end subroutine place_boxes
 
-  !> Starts of lists from their lengths; the last entry becomes one past the end.
-  pure subroutine counts_to_starts(first)
-    integer, intent(inout) :: first(:)
-    integer :: count, i, start
+  !> Notes that an item is in a cell.
+  pure subroutine add_place(places, item, cell)
+    type(places_t), intent(inout) :: places
+    integer, intent(in) :: item, cell
+    integer, allocatable :: longer(:)
 
-    start = 1
-    do i = 1, size(first)
-      count = first(i)
-      first(i) = start
-      start = start + count
+    if (.not. allocated(places%item)) allocate (places%item(1024), places%cell(1024))
+    if (places%n == size(places%item)) then
+      allocate (longer(2*places%n))
+      longer(:places%n) = places%item
+      places%item = longer
+      longer(:places%n) = places%cell
+      call move_alloc(longer, places%cell)
+    end if
+    places%n = places%n + 1
+    places%item(places%n) = item
+    places%cell(places%n) = cell
+  end subroutine add_place
+
+  !> Lists the items of each cell, in the order in which they were noted.
+  pure subroutine list_by_cell(places, grid)
+    type(places_t), intent(in) :: places
+    type(cell_grid_t), intent(inout) :: grid
+    integer :: c, i
+
+    allocate (grid%first(grid%n(1)*grid%n(2) + 1), source=0)
+    allocate (grid%item(places%n))
+    do i = 1, places%n
+      grid%first(places%cell(i) + 1) = grid%first(places%cell(i) + 1) + 1
     end do
-  end subroutine counts_to_starts
+    grid%first(1) = 1
+    do c = 2, size(grid%first)
+      grid%first(c) = grid%first(c) + grid%first(c - 1)
+    end do
+    do i = 1, places%n
+      associate (at => grid%first(places%cell(i)))
+        grid%item(at) = places%item(i)
+        at = at + 1
+      end associate
+    end do
+    grid%first(2:) = grid%first(:size(grid%first) - 1) ! listing moved every start to its end
+    grid%first(1) = 1
+  end subroutine list_by_cell
 
   !> Rows of a column that the segment a b passes through, with a margin.
   pure function rows_in_column(grid, a, b, column, margin, all_rows) result(rows)
@@ -211,15 +233,18 @@ contains
     real(dp), intent(in) :: a(2), b(2), margin
     integer, intent(in) :: column, all_rows(2)
     integer :: rows(2)
-    real(dp) :: x(2), y(2)
+    real(dp) :: slope, left, right, ya, yb
 
     rows = all_rows
     if (abs(b(1) - a(1)) <= margin) return ! upright: its slope may be infinite
-    x = [left_of_column(grid, column) - margin, huge(1.0_dp)]
-    if (column < grid%n(1) - 1) x(2) = left_of_column(grid, column + 1) + margin
-    x = max(min(a(1), b(1)), min(x, max(a(1), b(1))))
-    y = a(2) + (x - a(1))*((b(2) - a(2))/(b(1) - a(1)))
-    rows = [max(all_rows(1), interval_of(grid%y, minval(y) - margin)), min(all_rows(2), interval_of(grid%y, maxval(y) + margin))]
+    left = left_of_column(grid, column) - margin
+    right = huge(right)
+    if (column < grid%n(1) - 1) right = left_of_column(grid, column + 1) + margin
+    slope = (b(2) - a(2))/(b(1) - a(1))
+    ya = a(2) + (max(min(a(1), b(1)), min(left, max(a(1), b(1)))) - a(1))*slope
+    yb = a(2) + (max(min(a(1), b(1)), min(right, max(a(1), b(1)))) - a(1))*slope
+    rows(1) = max(all_rows(1), interval_of(grid%y, min(ya, yb) - margin))
+    rows(2) = min(all_rows(2), interval_of(grid%y, max(ya, yb) + margin))
   end function rows_in_column
 
 end module scree_cell_grid

@@ -12,7 +12,7 @@ module scree_crack_cutting
   use scree_loop_tracing, only: trace_regions
   use scree_polygon, only: inner_place
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t, take_regions
-  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_simplex_integration, only: polygon_area
   implicit none
   private
   public :: cut_blocks, lines_of_blocks
@@ -88,10 +88,8 @@ contains
     !> Area of a region, length^2.
     real(dp) function area_of(i)
       integer, intent(in) :: i
-      type(moments_t) :: moments
 
-      moments = polygon_moments(vertex(:, first_vertex_of(shape, i):last_vertex_of(shape, i)), loops_of(shape, i))
-      area_of = moments%area
+      area_of = polygon_area(vertex(:, first_vertex_of(shape, i):last_vertex_of(shape, i)), loops_of(shape, i))
     end function area_of
 
     !> Whether a region is part of a block.

@@ -14,7 +14,7 @@ module scree_face_cutting
   use scree_regions, only: first_vertex_of, keep_regions, last_vertex_of, loops_of, region_count, regions_t, &
                            take_regions
   use scree_sets, only: root_of, unite
-  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_simplex_integration, only: polygon_area
   use scree_sorting, only: sort_by
   use scree_straight_lines, only: drop_perpendicular
   implicit none
@@ -48,7 +48,6 @@ contains
     integer, intent(out) :: uncovered      !! parts of blocks that the mesh does not hold; above 0 there are no faces
     type(error_t), allocatable, intent(out) :: error
     type(graph_t) :: graph
-    type(moments_t) :: moments
     real(dp), allocatable :: ends(:, :, :), area(:)
     integer, allocatable :: beside(:, :), line(:), joint(:), material(:, :), kept(:)
     integer :: b, f, i, n_joints
@@ -65,11 +64,7 @@ contains
     kept = pack([(i, i=1, size(graph%line))], graph%line > n_joints .and. minval(beside, 1) > 0 .and. &
                 beside(1, :) /= beside(2, :))
     faces%neighbours = beside(:, kept)
-    allocate (area(region_count(faces%shape)))
-    do f = 1, size(area)
-      moments = polygon_moments(corners_of(faces, f), loops_of(faces%shape, f))
-      area(f) = moments%area
-    end do
+    area = [(polygon_area(corners_of(faces, f), loops_of(faces%shape, f)), f=1, region_count(faces%shape))]
     call find_blocks(blocks, area, faces)
     call find_triangles(mesh, graph%rounding, faces)
     uncovered = count(faces%block > 0 .and. faces%triangle == 0)
@@ -207,7 +202,6 @@ contains
     type(mesh_t), intent(in) :: mesh
     real(dp), intent(in) :: area(:)        !! (n) of the faces
     type(cut_faces_t), intent(inout) :: faces
-    type(moments_t) :: moments
     real(dp), allocatable :: key(:)
     logical :: keep(size(area))
     integer :: number(size(area)), f, i
@@ -222,8 +216,7 @@ contains
     faces%triangle = pack(faces%triangle, keep)
     faces%share = pack(area, keep)
     do f = 1, size(faces%share)
-      moments = polygon_moments(mesh%node(:, mesh%triangle(:, faces%triangle(f))), [1, 4])
-      faces%share(f) = faces%share(f)/moments%area
+      faces%share(f) = faces%share(f)/polygon_area(mesh%node(:, mesh%triangle(:, faces%triangle(f))), [1, 4])
     end do
     kept = pack([(i, i=1, size(faces%neighbours, 2))], keep(faces%neighbours(1, :)))
     faces%neighbours = faces%neighbours(:, kept)

@@ -4,12 +4,13 @@
 !> are nearer to each other become one. Shi deletes a piece that is too near to a node. Here the piece is bent through the
 !> node, which loses no area. A straight line is never bent: the node goes onto the line.
 !>
-!> One pass finds all crossings and all nodes that are too near to a piece, and splits the pieces there. The passes repeat
-!> until they find nothing (iterated snapping; Halperin and Packer 2002). The passes end for two reasons. New nodes lie apart from
-!> all others, so there are finitely many. A piece is split only into shorter pieces, at nodes that are nearer to both its ends than
-!> these are to each other. The result is planar by an exact test (scree_predicates), even where lines are nearly parallel.
+!> One pass finds all crossings and all nodes that are too near to a piece, and splits the pieces there. The passes repeat until
+!> they find nothing (iterated snapping; Halperin and Packer 2002). Each looks near what the pass before has changed. The passes end
+!> for two reasons. New nodes lie apart from all others, so there are finitely many. A piece is split only into shorter pieces, at
+!> nodes that are nearer to both its ends than these are to each other. The result is planar by an exact test (scree_predicates),
+!> even where lines are nearly parallel.
 module scree_line_cutting
-  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_segments, set_up_grid
+  use scree_cell_grid, only: cell_grid_t, cells_of_box, number_of_cell, place_boxes, place_segments, set_up_grid
   use scree_cut_nodes, only: add_node, cut_nodes_t, in_order, make_room, node_at, node_share, unlist_node
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
@@ -57,8 +58,10 @@ contains
     type(cell_grid_t) :: grid
     type(pairs_t) :: splits
     type(straight_lines_t) :: lines
+    integer, allocatable :: list(:)           ! pieces to look at
+    logical, allocatable :: changed(:)        ! (n_pieces) by the last pass
     real(dp) :: low(2), high(2)
-    integer :: pass
+    integer :: i, n_before, pass
 
     low = minval(minval(ends, 3), 2)
     high = maxval(maxval(ends, 3), 2)
@@ -67,21 +70,67 @@ contains
     call set_up_grid(nodes%grid, reshape(ends, [2, 2*size(ends, 3)]), 2*size(ends, 3))
     call list_straight_lines(ends, straight, node_share*graph%nearest, lines)
     call take_ends(ends, straight, lines, nodes, graph)
+    allocate (changed(size(graph%line)), source=.true.)
+    n_before = 0
     do pass = 1, most_passes
-      if (size(graph%line) == 0) exit ! all are of no length
-      call set_up_grid(grid, nodes%position(:, :nodes%n), size(graph%line))
-      call place_segments(grid, nodes%position(:, :nodes%n), graph%ends, 2*graph%nearest)
+      list = [(i, i=1, size(graph%line))]
+      if (2*count(changed) < size(changed)) list = pack(list, are_near(graph, nodes, changed, n_before))
+      if (size(list) == 0) exit
+      call set_up_grid(grid, nodes%position(:, :nodes%n), size(list))
+      call place_segments(grid, nodes%position(:, :nodes%n), graph%ends(:, list), 2*graph%nearest)
+      grid%item = list(grid%item)
+      n_before = nodes%n
+      changed = .false.
       splits%n = 0
-      call cross_pieces(grid, straight, lines, pass == 1, graph, nodes, splits)
-      if (pass == 1) call settle_free_ends(grid, lines, graph, nodes, splits)
+      call cross_pieces(grid, straight, lines, pass == 1, graph, nodes, splits, changed)
+      if (pass == 1) call settle_free_ends(grid, lines, graph, nodes, splits, changed)
       call snap_to_nodes(grid, straight, graph, nodes, splits)
       deallocate (grid%first, grid%item)
       if (splits%n == 0 .and. pass > 1) exit
-      call split_pieces(nodes, splits, graph)
+      call split_pieces(nodes, splits, graph, changed)
     end do
     graph%position = nodes%position(:, :nodes%n)
     if (pass > most_passes) call fail(error, status_run_failed, 'cutting the lines does not come to an end')
   end subroutine cut_lines
+
+  !> Which pieces lie near to one that the last pass has changed, or to a node that it has added. All others have been looked at as
+  !> they are.
+  pure function are_near(graph, nodes, changed, n_before) result(near)
+    type(graph_t), intent(in) :: graph
+    type(cut_nodes_t), intent(in) :: nodes
+    logical, intent(in) :: changed(:)         !! (n_pieces)
+    integer, intent(in) :: n_before           !! nodes before that pass
+    logical :: near(size(changed))
+    type(cell_grid_t) :: grid
+    real(dp), allocatable :: low(:, :), high(:, :)
+    real(dp) :: least(2), most(2)
+    integer, allocatable :: ends(:, :)
+    integer :: at, cell, column, i, k, range(2, 2), row
+
+    ends = reshape([graph%ends(:, pack([(i, i=1, size(changed))], changed)), spread([(k, k=n_before + 1, nodes%n)], 1, 2)], &
+                   [2, count(changed) + nodes%n - n_before])
+    near = .false.
+    if (size(ends, 2) == 0) return
+    low = min(nodes%position(:, ends(1, :)), nodes%position(:, ends(2, :))) - 2*graph%nearest
+    high = max(nodes%position(:, ends(1, :)), nodes%position(:, ends(2, :))) + 2*graph%nearest
+    call set_up_grid(grid, reshape([low, high], [2, 2*size(ends, 2)]), size(ends, 2))
+    call place_boxes(grid, low, high)
+    do i = 1, size(near)
+      least = min(nodes%position(:, graph%ends(1, i)), nodes%position(:, graph%ends(2, i)))
+      most = max(nodes%position(:, graph%ends(1, i)), nodes%position(:, graph%ends(2, i)))
+      range = cells_of_box(grid, least, most)
+      search: do row = range(2, 1), range(2, 2)
+        do column = range(1, 1), range(1, 2)
+          cell = number_of_cell(grid, column, row)
+          do at = grid%first(cell), grid%first(cell + 1) - 1
+            k = grid%item(at)
+            near(i) = all(most >= low(:, k)) .and. all(least <= high(:, k))
+            if (near(i)) exit search
+          end do
+        end do
+      end do search
+    end do
+  end function are_near
 
   !> Makes the nodes at the ends of lines: one node where ends coincide, and one where ends that coincide with others lie near
   !> each other. An end within 1.25 e of a straight line is moved onto it. Lines without length are dropped.
@@ -208,7 +257,7 @@ contains
 
   !> Finds where pieces cross, and the node there. Crossings of two straight lines come first, and crossings with one of them
   !> before those of other lines, so that others go to them.
-  subroutine cross_pieces(grid, straight, lines, settling, graph, nodes, splits)
+  subroutine cross_pieces(grid, straight, lines, settling, graph, nodes, splits, changed)
     type(cell_grid_t), intent(in) :: grid
     logical, intent(in) :: straight(:)         !! (n_lines)
     type(straight_lines_t), intent(in) :: lines
@@ -216,6 +265,7 @@ contains
     type(graph_t), intent(in) :: graph
     type(cut_nodes_t), intent(inout) :: nodes
     type(pairs_t), intent(inout) :: splits
+    logical, intent(inout) :: changed(:)       !! (n_pieces) those that cross others, as one may stay as it is for now
     type(pairs_t) :: crossing(0:2) ! by how many of the two are straight
     real(dp) :: low(2, size(graph%line)), high(2, size(graph%line))
     integer :: cell, i, k, p, q
@@ -239,6 +289,7 @@ contains
       do i = 1, crossing(k)%n
         p = crossing(k)%piece(i)
         q = crossing(k)%other(i)
+        changed([p, q]) = .true.
         if (straight(graph%line(q)) .and. .not. straight(graph%line(p))) then
           call meet(q, p)
         else
@@ -373,12 +424,13 @@ contains
 
   !> Joins ends that coincide with no other to a node beside them, or to another such end, or brings them onto the line
   !> beside them, in the order of their places.
-  subroutine settle_free_ends(grid, lines, graph, nodes, splits)
+  subroutine settle_free_ends(grid, lines, graph, nodes, splits, changed)
     type(cell_grid_t), intent(in) :: grid
     type(straight_lines_t), intent(in) :: lines
     type(graph_t), intent(inout) :: graph
     type(cut_nodes_t), intent(inout) :: nodes
     type(pairs_t), intent(inout) :: splits
+    logical, intent(inout) :: changed(:)       !! (n_pieces) those with an end that has moved
     real(dp) :: distance, foot(2), foot_yet(2), nearest_yet
     integer :: at_end(2, nodes%n), i, k, l, node, other, piece
     integer, allocatable :: ends(:)
@@ -423,6 +475,7 @@ contains
       integer, intent(in) :: from, to
 
       graph%ends(at_end(1, from), at_end(2, from)) = to
+      changed(at_end(2, from)) = .true.
       at_end(:, from) = 0
       call unlist_node(nodes, from)
     end subroutine move_end
@@ -477,10 +530,11 @@ contains
   end subroutine snap_to_nodes
 
   !> Splits the pieces at their nodes, in order along them, and keeps one of those that coincide.
-  subroutine split_pieces(nodes, splits, graph)
+  subroutine split_pieces(nodes, splits, graph, changed)
     type(cut_nodes_t), intent(in) :: nodes
     type(pairs_t), intent(in) :: splits
     type(graph_t), intent(inout) :: graph
+    logical, allocatable, intent(inout) :: changed(:) !! (n_pieces) pieces that are others than before, in this pass
     integer :: first(size(graph%line) + 1), order(splits%n), i, k, n
     integer, allocatable :: ends(:, :), piece(:), line(:), against(:), chain(:)
     real(dp), allocatable :: along(:)
@@ -506,6 +560,13 @@ contains
     allocate (ends(2, size(graph%line) + splits%n), piece(size(graph%line) + splits%n))
     n = 0
     do i = 1, size(graph%line)
+      if (first(i) == first(i + 1)) then
+        if (graph%ends(1, i) == graph%ends(2, i)) cycle
+        n = n + 1
+        ends(:, n) = graph%ends(:, i)
+        piece(n) = i
+        cycle
+      end if
       associate (a => graph%ends(1, i), b => graph%ends(2, i))
         chain = order(first(i):first(i + 1) - 1)
         along = real(chain, dp)
@@ -523,9 +584,10 @@ contains
         end do
       end associate
     end do
+    changed = changed(piece(:n)) .or. first(piece(:n) + 1) > first(piece(:n))
     line = graph%line(piece(:n))
     against = graph%against(piece(:n))
-    call drop_doubles(nodes%n, ends(:, :n), line, against, graph)
+    call drop_doubles(nodes%n, ends(:, :n), line, against, graph, changed)
   end subroutine split_pieces
 
   !> Whether a step of a chain is not shorter than the straight between its ends.
@@ -545,9 +607,10 @@ contains
   end function grows
 
   !> Keeps one of the pieces between two nodes: that of the first line, with the first line in reverse direction.
-  subroutine drop_doubles(n_nodes, ends, line, against, graph)
+  subroutine drop_doubles(n_nodes, ends, line, against, graph, changed)
     integer, intent(in) :: n_nodes, ends(:, :), line(:), against(:)
     type(graph_t), intent(inout) :: graph
+    logical, allocatable, intent(inout) :: changed(:) !! (n_pieces)
     integer :: head(n_nodes), before(size(line)), other(size(line)), i, k, low
     logical :: keep(size(line))
 
@@ -572,6 +635,7 @@ contains
     graph%ends = columns(ends, keep)
     graph%line = pack(line, keep)
     graph%against = pack(other, keep)
+    changed = pack(changed, keep)
   end subroutine drop_doubles
 
 end module scree_line_cutting

@@ -305,7 +305,7 @@ contains
     n_open = size(open)
     x = graph%position(1, first_node(open))
     call sort_by(x, open)
-    if (n_open > 1 .or. n_regions > 1) then
+    if (n_open > 1) then
       call set_up_grid(grid, graph%position, size(graph%line))
       call place_segments(grid, graph%position, graph%ends, graph%rounding)
     end if

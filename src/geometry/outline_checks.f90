@@ -11,7 +11,7 @@ module scree_outline_checks
   use scree_polygon, only: distance_to_segment, inner_place, winding_numbers
   use scree_predicates, only: orientation
   use scree_regions, only: first_vertex_of, last_vertex_of, loops_of, region_count, regions_t, vertices_after
-  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_simplex_integration, only: polygon_area
   use scree_sorting, only: sort_by
   implicit none
   private
@@ -79,7 +79,6 @@ contains
     logical, intent(out) :: is_wrong
     type(graph_t) :: graph
     type(regions_t) :: shape
-    type(moments_t) :: moments
     type(error_t), allocatable :: error
     real(dp) :: ends(2, 2, size(vertex, 2)), local(2, size(vertex, 2)), sides
     real(dp), allocatable :: corner(:, :), place(:, :)
@@ -99,9 +98,8 @@ contains
     do r = 1, region_count(shape)
       associate (polygon => corner(:, first_vertex_of(shape, r):last_vertex_of(shape, r)))
         loops = loops_of(shape, r)
-        moments = polygon_moments(polygon, loops)
         sides = sum(norm2(polygon(:, vertices_after(loops)) - polygon, 1))
-        if (2*moments%area < coarse*sides) cycle
+        if (2*polygon_area(polygon, loops) < coarse*sides) cycle
         n = n + 1
         place(:, n) = inner_place(polygon, loops)
       end associate

@@ -3,7 +3,7 @@ module scree_polygon
   use scree_kinds, only: dp
   use scree_predicates, only: orientation
   use scree_regions, only: vertices_after
-  use scree_simplex_integration, only: moments_t, polygon_moments
+  use scree_simplex_integration, only: polygon_centroid
   use scree_sorting, only: sort_by
   implicit none
   private
@@ -124,24 +124,20 @@ contains
 
   !> A position well inside a polygon.
   !>
-  !> It is the centroid where that lies inside. Else it is the middle of a horizontal run between two levels of corners. Of such
-  !> runs the one is taken for which the smaller of its length and of the distance between the levels is the largest.
+  !> It is the centroid where that lies inside, else the middle of a horizontal run between two levels of corners.
   pure function inner_place(vertex, first) result(position)
     real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
     integer, intent(in), optional :: first(:)  !! (n_loops+1), as in `holds`
     real(dp) :: position(2)
     real(dp), parameter :: close = 0.05_dp ! of the size of the polygon
-    real(dp) :: above, best, crossing(size(vertex, 2)), level(size(vertex, 2)), room, y
-    real(dp), allocatable :: drop(:)
-    type(moments_t) :: moments
-    integer :: best_corner, corner(size(vertex, 2)), g, k, n, next(size(vertex, 2)), none(size(vertex, 2))
-    integer, allocatable :: gap(:), start(:), top(:)
+    real(dp) :: room
+    integer, allocatable :: next(:), start(:)
+    integer :: k
 
     start = [1, size(vertex, 2) + 1]
     if (present(first)) start = first
     next = vertices_after(start)
-    moments = polygon_moments(vertex, start)
-    position = moments%centroid
+    position = polygon_centroid(vertex, start)
     room = huge(room)
     do k = 1, size(vertex, 2)
       room = min(room, distance_to_segment(position, vertex(:, k), vertex(:, next(k))))
@@ -149,7 +145,21 @@ contains
     if (room > close*maxval(maxval(vertex, 2) - minval(vertex, 2))) then
       if (holds(vertex, position, start)) return
     end if
+    position = middle_of_run(vertex, next)
+  end function inner_place
 
+  !> The middle of the horizontal run between two levels of corners for which the smaller of its length and of the distance between
+  !> the levels is the largest.
+  pure function middle_of_run(vertex, next) result(position)
+    real(dp), intent(in) :: vertex(:, :)       !! (2, n), length
+    integer, intent(in) :: next(:)             !! (n) vertex after each, around its loop
+    real(dp) :: position(2)
+    real(dp) :: above, best, crossing(size(vertex, 2)), level(size(vertex, 2)), room, y
+    real(dp), allocatable :: drop(:)
+    integer :: best_corner, corner(size(vertex, 2)), g, k, n, none(size(vertex, 2))
+    integer, allocatable :: gap(:), top(:)
+
+    position = vertex(:, 1)
     corner = [(k, k=1, size(corner))]
     level = vertex(2, :)
     call sort_by(level, corner)
@@ -184,6 +194,6 @@ contains
         end do
       end associate
     end do
-  end function inner_place
+  end function middle_of_run
 
 end module scree_polygon

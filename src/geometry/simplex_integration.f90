@@ -3,7 +3,7 @@ module scree_simplex_integration
   use scree_kinds, only: dp
   implicit none
   private
-  public :: moments_t, polygon_moments, simplex_integrals
+  public :: moments_t, polygon_area, polygon_centroid, polygon_moments, simplex_integrals
 
   !> Area, centroid and second moments about the centroid.
   type :: moments_t
@@ -87,17 +87,63 @@ contains
     real(dp), intent(in) :: vertex(:, :) !! (2, n), length
     integer, intent(in) :: first(:)      !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1
     type(moments_t) :: moments
-    real(dp) :: local(2, size(vertex, 2)), linear(0:1, 0:1), quadratic(0:2, 0:2), shift(2)
+    real(dp) :: local(2, size(vertex, 2)), quadratic(0:2, 0:2), shift(2)
 
-    local = vertex - spread(vertex(:, 1), 2, size(vertex, 2))
-    linear = simplex_integrals(local, first, 1)
-    moments%area = linear(0, 0)
-    shift = 0.0_dp
-    if (abs(moments%area) > 0) shift = [linear(1, 0), linear(0, 1)]/moments%area ! else its first vertex stands for the centroid
+    call integrate_linear(vertex, first, moments%area, shift)
     moments%centroid = vertex(:, 1) + shift
-    local = local - spread(shift, 2, size(vertex, 2))
+    local = vertex - spread(vertex(:, 1), 2, size(vertex, 2)) - spread(shift, 2, size(vertex, 2))
     quadratic = simplex_integrals(local, first, 2)
     moments%second = [quadratic(2, 0), quadratic(0, 2), quadratic(1, 1)]
   end function polygon_moments
+
+  !> Area of the inside of closed loops, as of `polygon_moments`.
+  pure real(dp) function polygon_area(vertex, first) result(area)
+    real(dp), intent(in) :: vertex(:, :) !! (2, n), length
+    integer, intent(in) :: first(:)      !! (n_loops+1), as there
+    real(dp) :: shift(2)
+
+    call integrate_linear(vertex, first, area, shift)
+  end function polygon_area
+
+  !> Centroid of the inside of closed loops, as of `polygon_moments`.
+  pure function polygon_centroid(vertex, first) result(centroid)
+    real(dp), intent(in) :: vertex(:, :) !! (2, n), length
+    integer, intent(in) :: first(:)      !! (n_loops+1), as there
+    real(dp) :: centroid(2), area
+
+    call integrate_linear(vertex, first, area, centroid)
+    centroid = vertex(:, 1) + centroid
+  end function polygon_centroid
+
+  !> Area of the inside of closed loops, and the way from their first vertex to its centroid; 0 where there is no area.
+  !>
+  !> These are the integrals of 1, x and y from the first vertex, edge by edge, as of `simplex_integrals`.
+  pure subroutine integrate_linear(vertex, first, area, shift)
+    real(dp), intent(in) :: vertex(:, :) !! (2, n), length
+    integer, intent(in) :: first(:)      !! (n_loops+1) loop k owns vertices first(k):first(k+1)-1
+    real(dp), intent(out) :: area        !! length^2
+    real(dp), intent(out) :: shift(2)    !! length
+    real(dp) :: f, p(2), q(2)
+    integer :: k, loop
+
+    area = 0.0_dp
+    shift = 0.0_dp
+    do loop = 1, size(first) - 1
+      q = vertex(:, first(loop)) - vertex(:, 1)
+      do k = first(loop), first(loop + 1) - 1
+        p = q
+        q = vertex(:, merge(first(loop), k + 1, k + 1 == first(loop + 1))) - vertex(:, 1)
+        f = p(1)*q(2) - q(1)*p(2)
+        area = area + f
+        shift = shift + f*(p + q)
+      end do
+    end do
+    area = factor(0, 0)*area
+    if (abs(area) > 0) then
+      shift = factor(1, 0)*shift/area
+    else
+      shift = 0.0_dp
+    end if
+  end subroutine integrate_linear
 
 end module scree_simplex_integration

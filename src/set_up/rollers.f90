@@ -35,6 +35,7 @@ contains
     type(state_t), intent(inout) :: state
     type(roller_t), allocatable, intent(out) :: roller(:) !! (n_points)
     type(error_t), allocatable, intent(out) :: error
+    type(block_finder_t) :: finder
     real(dp), allocatable :: way(:, :)
     integer :: i, k
 
@@ -112,12 +113,11 @@ contains
       character(len=*), intent(in) :: name
       real(dp), allocatable, intent(in) :: points(:)
       real(dp), intent(in) :: along(:, :)
-      type(block_finder_t) :: finder
       real(dp) :: place(2)
       integer :: e, i, k
 
       if (.not. allocated(points) .or. allocated(error)) return
-      call set_up_finder(finder, system%elements%shape, state%vertex, scene%nearest)
+      if (.not. allocated(finder%grid%first)) call set_up_finder(finder, system%elements%shape, state%vertex, scene%nearest)
       do i = 1, size(points)/2
         place = points(2*i - 1:2*i) - system%origin
         e = block_at(finder, system%elements%shape, state%vertex, place)
