@@ -11,6 +11,7 @@ import scree
 from scree import block_files
 from scree.polygons import worst_overlap
 from scree.validation import cases, elastic, pages, published, references
+from scree.validation.size_effect import NotchedBeam
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 RADIAN = math.pi / 180
@@ -230,6 +231,16 @@ def test_notched_flexure():
     assert beam.energy(5e4, crack) == pytest.approx(5e4**2 / 2 * change, rel=1e-8)
     whole = references.TimoshenkoBeam(0.5, 0.1, 1e10, 0.0, 1.0)  # half of a beam that is not cracked, under half of the load
     assert beam.compliance(-beam.longer) == pytest.approx(whole.deflection(0.5))
+
+
+def test_notched_beam_with_bonds_lies_between_plasticity_and_a_crack():
+    """A closed ligament bears the moment P W of the reactions without a force along the beam. A small beam has P = T W/8, as its ligament
+    turns about the press; a large one has that of K = (E G)^(1/2), 10.65 P/W^(1/2) by Srawley (1976)."""
+    beam = NotchedBeam(24)
+    y = np.linspace(0.5, 1, len(beam.pull))
+    assert abs(beam.pull.sum()) < 1e-9 and beam.pull @ (1 - y) == pytest.approx(1, abs=1e-9)
+    assert 0.97 / 8 * 0.99 < beam.peak(1e-3) < 1 / 8
+    assert 0.8 < beam.peak(5.2) * 10.65 * math.sqrt(5.2) < 0.9 < NotchedBeam(48).peak(20) * 10.65 * math.sqrt(20) < 1
 
 
 @pytest.mark.parametrize("ratio, amplitude", [(2, 1.2233), (4, 1.7811)])

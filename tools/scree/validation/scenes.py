@@ -171,3 +171,25 @@ def notched_flexure(rows):
     m["method.model"], m["method.strain"], m["cover.edge"], m["output.interval"] = "nmm", "small", edge, 4
     m["cover.origin"] = [0, 0]
     return m
+
+
+def notched_beam(depth, peak, rows, shift):
+    """A beam of depth W = 1 on three points 4 apart, cut in its middle from the lower side to half of W, with bonds that soften along the rest. W is
+    `depth` times E G/T^2, and the middle is pressed down until the load has fallen by 2 % from its largest, about `peak` T W. The mesh has so
+    many edges over W, and is moved up from where the tip is a node by the share `shift` of an edge."""
+    young, strength, steps = 1e10, 1e6, 60
+    opening = 2 * strength / young / depth  # at which nothing of a bond is left
+    way = 120 * peak * strength / young + opening / 2
+    m = Model("j7-notched-beam", title="A notched beam on three points, whose ligament is held by bonds that soften, is pressed down.")
+    m.material("rock", density=2500, young=young, poisson=0, unit_weight=0)
+    m.joint_material("notch", phi=0)
+    m.joint_material("bond", phi=45, cohesion=10 * strength, tensile_strength=strength, energy=opening * strength / 2)
+    m.block("left", [(-2, 0), (0, 0), (0, 0.5), (0, 1), (-2, 1)], joint=["notch", "notch", "bond", "notch", "notch"])
+    m.block("right", [(0, 0), (2, 0), (2, 1), (0, 1), (0, 0.5)], joint=["notch", "notch", "notch", "bond", "notch"])
+    m.support("feet", points=[(-2, 0), (2, 0)], hold="y")
+    m.fix("press", (0, 1), move=[(0, 0, 0), (1, 0, -0.3 * way), (steps, 0, -way)])
+    m.static(balance=None, steps=steps, size=1)
+    m["step.past_peak"] = 0.98
+    m["method.model"], m["method.strain"], m["cover.edge"], m["output.interval"] = "nmm", "small", 1 / rows, steps
+    m["cover.origin"], m["cover.angle"] = [0, shift / rows], 90
+    return m
