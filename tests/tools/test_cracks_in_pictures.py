@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 import scree
 from browser import CHROMIUM, WITHOUT, Browser
-from scree import drawing, overlays, tips
+from scree import drawing, overlays, rose, tips
+from scree.pages import modelled
+from scree.units import Units
 
 SOURCE = pathlib.Path(os.environ["SCREE_SOURCE"])
 GROWTH = SOURCE / "input/validation/k2-growth"
@@ -84,6 +86,20 @@ def test_pictures_mark_tips_where_the_run_has_them(file):
             expected = [f"$K_I$ {k:.3g}" if k else "not measured" for k in cracks.K_I[step][there]]
             assert len(words) == there.sum() and all(one in word for one, word in zip(expected, words))
         plt.close("all")
+
+
+def test_a_rose_has_the_directions_in_which_cracks_grew(file):
+    """And the report their lengths: both are those of the faces that the last frame has and the first one has not."""
+    angle, grown = rose.growth_directions(file)
+    later = sorted(set(file.faces(len(file.times) - 1)) - set(file.faces(0)))
+    assert grown.sum() == pytest.approx(length(file.places(np.array(later), 0)) / 2, rel=1e-6)
+    assert ((angle >= 0) & (angle < 180)).all()
+    labels = rose.draw_rose(file, Units()).axes[0].get_legend_handles_labels()[1]
+    assert labels[-1] == "cracks that grew"
+    rows = dict(modelled.growth_rows(file.file, Units()))
+    assert list(rows) == [f"growth of crack tip {tip}" for tip in np.unique(file.file.growth.tip)]
+    assert sum(float(words.split()[0]) for words in rows.values()) == pytest.approx(grown.sum(), rel=1e-3)
+    plt.close("all")
 
 
 def test_marks_go_with_magnified_displacements(file):

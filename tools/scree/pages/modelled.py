@@ -14,6 +14,7 @@ from ..results import Results
 from ..units import Units
 
 MOST_PAIRS = 6  # of measured points, whose closures are listed
+MOST_TIPS = 20  # of cracks that grew
 LAWS = (("kn", "kn", "force/length^3"), ("ks", "ks", "force/length^3"), ("residual_phi", "residual friction", "degree"), ("jrc", "JRC", ""),
         ("dilation", "dilation", "degree"))
 METHODS = {"dda": "blocks with one strain each (DDA)", "nmm": "blocks under a mesh (Numerical Manifold Method)"}
@@ -103,11 +104,12 @@ def density_of(rock, units: Units) -> str:
 
 
 def answer_rows(results: Results, units: Units) -> list[tuple[str, str]]:
-    """Displacements of measured points and closures between them, forces of bolts, and reactions of supports, at the end."""
+    """Displacements of measured points and closures between them, forces of bolts, reactions of supports, and cracks that grew, at the end."""
     if not len(results.history.time):
         return []
     model = model_or_none(results)
-    return [*point_rows(results, model, units), *bolt_rows(results, units), *reaction_rows(results, model, units)]
+    return [*point_rows(results, model, units), *bolt_rows(results, units), *reaction_rows(results, model, units),
+            *growth_rows(results, units)]
 
 
 def pair(values: np.ndarray, dimension: str, units: Units) -> str:
@@ -157,3 +159,17 @@ def reaction_rows(results: Results, model: Model | None, units: Units):
         except ScreeError:  # forces that results do not hold
             return
         yield f"reaction of {name}", pair(force, results.history.units("energy/kinetic").replace("*length", "", 1), units)
+
+
+def growth_rows(results: Results, units: Units):
+    """How far the crack of each tip grew, from where to where, and when."""
+    if "growth" not in results:
+        return
+    growth, clock = results.growth, np.append(0, results.clock)
+    when = np.interp(growth.time[()], np.append(0, results.history.time), clock)
+    for tip in np.unique(growth.tip)[:MOST_TIPS]:
+        own = np.flatnonzero(growth.tip[()] == tip)
+        length = np.linalg.norm(growth.end[own] - growth.start[own], axis=1).sum()
+        yield f"growth of crack tip {tip}", (f"{units.quantity(float(length), 'length')} from {pair(growth.start[own[0]], 'length', units)} to "
+                                             f"{pair(growth.end[own[-1]], 'length', units)}, time {units.quantity(float(when[own[0]]), 'time')} to "
+                                             f"{units.quantity(float(when[own[-1]]), 'time')}")
