@@ -168,9 +168,11 @@ contains
     type(state_t), intent(inout) :: state
     type(state_t) :: now
     type(term_t) :: terms(model%n_elements)
-    real(dp) :: force(2, model%n_covers), mean(2, maxval(lineage%cover)), unknown(model%n_unknowns)
+    real(dp) :: force(2, model%n_covers), rest(2, maxval(lineage%cover)), unknown(model%n_unknowns)
     real(dp) :: nearest(model%n_covers), way(size(number)), none(0)
-    integer :: copies(maxval(lineage%cover)), elements(model%n_covers), c, e, k, n_before, next(model%n_covers)
+    integer, dimension(maxval(lineage%cover)) :: copies, bearers
+    integer :: elements(model%n_covers), next(model%n_covers), c, e, k, n_before
+    logical :: bears(model%n_covers)               ! its part of what the copies lack to balance, the reaction of a support
 
     now = state
     if (allocated(now%hold)) now%hold%next = now%hold%share
@@ -193,14 +195,26 @@ contains
       end associate
     end do
     force = reshape(unknown, shape(force))
-    mean = 0.0_dp
+    bears = .false.
+    if (allocated(model%effects%fixed_point)) then
+      associate (held => model%points%element(model%effects%fixed_point%point))
+        do k = 1, size(held)
+          bears(model%elements%cover(:, held(k))) = .true.
+        end do
+      end associate
+    end if
     copies = 0
+    bearers = 0
+    rest = 0.0_dp
     do c = 1, model%n_covers
       associate (parent => lineage%cover(c))
         copies(parent) = copies(parent) + 1
-        mean(:, parent) = mean(:, parent) + (force(:, c) - mean(:, parent))/copies(parent)
+        if (bears(c)) bearers(parent) = bearers(parent) + 1
+        rest(:, parent) = rest(:, parent) + force(:, c)
       end associate
     end do
+    bears = bears .or. bearers(lineage%cover) == 0
+    where (bearers == 0) bearers = copies
     if (.not. allocated(state%hold)) &
       state%hold = hold_t(spread(0.0_dp*elements, 1, 2), 0*elements, [integer ::], none, none, none)
     associate (hold => state%hold)
@@ -211,7 +225,9 @@ contains
       hold%next = [hold%next, share_after(1.0_dp, state%pace%last, duration)]
       do c = 1, model%n_covers
         if (copies(lineage%cover(c)) == 1) cycle
-        force(:, c) = (mean(:, lineage%cover(c)) - force(:, c))/elements(c)
+        force(:, c) = -force(:, c)
+        if (bears(c)) force(:, c) = force(:, c) + rest(:, lineage%cover(c))/bearers(lineage%cover(c))
+        force(:, c) = force(:, c)/elements(c)
         if (hold%piece(c) > 0) force(:, c) = force(:, c) + hold%share(hold%piece(c))*hold%force(:, c)
         hold%force(:, c) = force(:, c)
         hold%piece(c) = n_before + next(c)

@@ -6,7 +6,8 @@
 !> takes the energy -s f dw, in a step with the mean of s. From 1 to 0 in one step this is the crack closure integral f w/2 (Irwin
 !> 1957; Rybicki & Kanninen 1977), exact where displacements are linear in forces.
 !>
-!> The forces are those on covers: f of a copy of a cover that a cut has made is the mean force of all copies less its own.
+!> The forces are those on covers: f of a copy of a cover that a cut has made is the mean force of all copies less its own. Where
+!> supports hold some of the copies, the sum of all is their reaction, and they share it alone.
 module scree_crack_hold
   use scree_element_term, only: add_force, step_rule_t, term_t
   use scree_hold, only: hold_t

@@ -205,6 +205,19 @@ def test_a_block_tears_under_its_weight_and_falls_freely(tmp_path):
     assert area == pytest.approx(np.full(len(area), area[0]), rel=1e-4)
 
 
+def test_a_crack_at_a_held_edge_counts_what_its_steps_lose(tmp_path):
+    """The edge takes up what the sides of a crack that begins there do not: its reaction belongs to the side that it goes on to hold."""
+    weight, length = 26e3, 4.0
+    r = scree.run(write(tmp_path, [[(0, 0), (length, 0), (length, 1), (0, 1)]], f"""
+&cover edge=0.1, origin=0 0 /
+&support both=0 0 0 1 /
+&cracks strength={1.8 * weight * length**2}, length=0.25, begin_joint=1 /
+&output every=1 /""", weight=weight, steps=4), timeout=600)
+    taken, lost = np.diff(r.history.energy.fracture[()]), np.diff(r.history.energy.dissipated[()])
+    assert len(r.growth.time) > 10 and (taken[:2] > 0.1).all()
+    assert taken[:2] == pytest.approx(lost[:2], rel=1e-3)
+
+
 def test_no_crack_begins_below_the_strength(tmp_path):
     deck = bar(tmp_path, 0.95, steps=3)
     deck.write_text(deck.read_text().replace(f"strength={0.95 * TENSION}", "strength=1e9"))
