@@ -86,19 +86,21 @@ contains
     type(crack_tip_t), intent(in) :: tip
     type(error_t), allocatable, intent(out) :: error
     character(len=:), allocatable :: found
-    real(dp) :: along
+    real(dp) :: along, side
 
-    along = norm2(tip%path(:, size(tip%path, 2)) - tip%place)/tip%edge
+    side = side_at(scene, tip%end + model%origin)
+    along = norm2(tip%path(:, size(tip%path, 2)) - tip%place)/side
     if (along < least_along) then
       found = short_text(along)//' along it'
     else if (.not. is_measured(tip)) then
-      found = short_text(tip%to_tip/tip%edge)//' from the next tip'
+      side = tip%edge ! which its disc follows
+      found = short_text(tip%to_tip/side)//' from the next tip'
     else
       return
     end if
     call fail(error, status_bad_input, source_of(scene, model, tip)//': expected triangles that resolve the crack with '//asks// &
               ', at least '//number_text(nint(least_along))//' along it and 2 from tip to tip, found '//found// &
-              ' at its tip at '//place_text(tip%place + model%origin, model%extent, digits=4)//' (edge '//short_text(tip%edge)//')')
+              ' at its tip at '//place_text(tip%place + model%origin, model%extent, digits=4)//' (edge '//short_text(side)//')')
   end subroutine check_tip
 
   !> Line of the geometry deck that a tip belongs to: the nearest one.

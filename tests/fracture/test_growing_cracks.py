@@ -221,6 +221,14 @@ def test_a_mesh_that_is_too_coarse_for_toughness_is_refused(tmp_path):
     assert refused.returncode == 2 and "that resolve the crack with cracks.toughness, at least 4 along it" in refused.stderr, refused.stderr
 
 
+def test_a_crack_of_four_triangles_is_enough_wherever_the_mesh_lies(tmp_path):
+    """Nodes that move to the tips stretch the triangles there; the crack is measured in edges of the mesh all the same."""
+    square, crack = [(0, 0), (2, 0), (2, 2), (0, 2)], [(0.8, 1.013), (0.8 + 4.2 * 0.12, 1.013)]
+    for x in np.linspace(0, 0.12, 8):
+        deck = write(tmp_path, square, [crack], f"&cover edge=0.12, origin={x} {x / 3}, angle={300 * x} /\n&cracks toughness=2e6 /")
+        subprocess.run([SCREE, "check", deck], check=True, capture_output=True)
+
+
 def test_files_whose_polygons_cannot_change_are_refused(tmp_path):
     for option in ("--xdmf", "--classic-output"):
         refused = subprocess.run([SCREE, "run", plate(tmp_path), "-o", tmp_path / "x.h5", option], capture_output=True, text=True)
