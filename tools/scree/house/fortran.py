@@ -8,7 +8,7 @@ import re
 
 QUOTED_OR_COMMENT = re.compile(r"""'(?:[^']|'')*'|"(?:[^"]|"")*"|!.*""")
 PREFIX = r"(?:(?:pure|impure|elemental|recursive|module|integer|logical|complex|(?:double\s+precision)" \
-         r"|(?:real|type|class|character|integer|logical)\s*\((?:[^()]|\([^()]*\))*\)|real)\s+)*"
+         r"|(?:real|complex|type|class|character|integer|logical)\s*\((?:[^()]|\([^()]*\))*\)|real)\s+)*"
 BEGIN = re.compile(PREFIX + r"(program|function|subroutine)\s+(\w+)\s*(?:\(([^)]*)\))?")
 END = re.compile(r"end\s*(?:(?:program|function|subroutine)\b.*)?$")
 BRANCH = re.compile(r"(?:\w+\s*:\s*)?(?:(?:else\s*)?(?:if|where)\s*\(|case\s*\(|(?:type|class)\s+is\s*\(|do\b|forall\b)")
