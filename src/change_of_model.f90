@@ -35,7 +35,7 @@ contains
 
     call set_up(scene, blocks, model, state, list, error)
     if (allocated(error) .or. .not. (allocated(before) .and. allocated(model%tip))) return
-    since = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [integer ::], [real(dp) ::])
+    allocate (since%piece(4, 0), since%joint(0), since%tip(0), since%time(0))
     if (present(grown)) since = grown
     shift = model%origin - blocks%origin
     call number_tips(before, since%piece - spread([shift, shift], 2, size(since%tip)), since%tip, model%extent, model%tip)

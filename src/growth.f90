@@ -80,8 +80,10 @@ contains
     have_grown = .true.
     shift = blocks%origin - model%origin
     call hold_faces(lineage, own%piece + spread([shift, shift], 2, n), growth%number, duration, model, cache, state)
-    if (.not. allocated(state%cracks)) &
-      state%cracks = cracks_t(reshape([real(dp) ::], [4, 0]), [integer ::], [integer ::], [real(dp) ::])
+    if (.not. allocated(state%cracks)) then
+      allocate (state%cracks)
+      allocate (state%cracks%piece(4, 0), state%cracks%joint(0), state%cracks%tip(0), state%cracks%time(0))
+    end if
     associate (all_of_them => state%cracks)
       all_of_them%piece = reshape([all_of_them%piece, own%piece], [4, size(all_of_them%joint) + n])
       all_of_them%joint = [all_of_them%joint, own%joint]
@@ -169,7 +171,7 @@ contains
     type(state_t) :: now
     type(term_t) :: terms(model%n_elements)
     real(dp) :: force(2, model%n_covers), rest(2, maxval(lineage%cover)), unknown(model%n_unknowns)
-    real(dp) :: nearest(model%n_covers), way(size(number)), none(0)
+    real(dp) :: nearest(model%n_covers), way(size(number))
     integer, dimension(maxval(lineage%cover)) :: copies, bearers
     integer :: elements(model%n_covers), next(model%n_covers), c, e, k, n_before
     logical :: bears(model%n_covers)               ! its part of what the copies lack to balance, the reaction of a support
@@ -215,8 +217,12 @@ contains
     end do
     bears = bears .or. bearers(lineage%cover) == 0
     where (bearers == 0) bearers = copies
-    if (.not. allocated(state%hold)) &
-      state%hold = hold_t(spread(0.0_dp*elements, 1, 2), 0*elements, [integer ::], none, none, none)
+    if (.not. allocated(state%hold)) then
+      allocate (state%hold)
+      allocate (state%hold%tip(0), state%hold%duration(0), state%hold%share(0), state%hold%next(0))
+      allocate (state%hold%force(2, model%n_covers), source=0.0_dp)
+      allocate (state%hold%piece(model%n_covers), source=0)
+    end if
     associate (hold => state%hold)
       n_before = size(hold%tip)
       hold%tip = [hold%tip, number]
