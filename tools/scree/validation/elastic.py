@@ -3,7 +3,6 @@ import math
 
 import numpy as np
 
-from ..errors import RunFailed
 from . import references, scenes
 from .cases import DECKS, G, Row, case
 
@@ -46,12 +45,9 @@ def e6(run):
 
 
 def bar_ends(run, ratio, name):
-    """How the bar of e7 ends under a load over E: with its words where it is refused for its stiffness."""
-    try:
-        r = run(DECKS / "e7-bar" / "bar.ana", settings=[f"boundary.traction={ratio * 1e9} 0 {ratio * 1e9} 0"], name=name)
-    except RunFailed as failed:
-        return "lost its stiffness" if "Green strain has lost its stiffness" in failed.said else "fails"
-    return r.scene.status
+    """How the bar of e7 ends under a load over E: complete, or with the words that it does not settle."""
+    r = run(DECKS / "e7-bar" / "bar.ana", settings=[f"boundary.traction={ratio * 1e9} 0 {ratio * 1e9} 0"], name=name)
+    return "does not settle" if r.scene.status.startswith("not in equilibrium") else r.scene.status
 
 
 @case
@@ -64,7 +60,7 @@ def e7(run):
             yield Row(f"stretch at P/E = {ratio:g}, {name}", references.green_stretch(ratio),
                       1 + r.measured_points.displacement[-1, 0, 0] / 2, 1e-8)
     limit = -1 / math.sqrt(27)
-    for factor, expected in ((0.999999, "complete"), (1.000005, "lost its stiffness")):
+    for factor, expected in ((0.999999, "complete"), (1.000005, "does not settle")):
         yield Row(f"{factor} of the limit -0.19245 E, block", expected, bar_ends(run, factor * limit, f"e7-limit{factor}"))
 
 
