@@ -4,6 +4,7 @@
 !> the same way. So places that crowd in a corner are told apart, at the price of a bisection.
 module scree_cell_grid
   use scree_kinds, only: dp
+  use scree_pairs, only: add_pair, list_others, pairs_t
   use scree_sorting, only: sort_by
   implicit none
   private
@@ -25,12 +26,6 @@ module scree_cell_grid
     integer, allocatable :: first(:)    !! (n_cells+1) cell c owns item(first(c):first(c+1)-1)
     integer, allocatable :: item(:)
   end type cell_grid_t
-
-  !> Items and the cells that they are in.
-  type :: places_t
-    integer, allocatable :: item(:), cell(:) !! (1:n), with room for more
-    integer :: n = 0
-  end type places_t
 
 contains
 
@@ -144,7 +139,7 @@ contains
     real(dp), intent(in) :: position(:, :)   !! (2, n_nodes), length
     integer, intent(in) :: ends(:, :)     !! (2, n) nodes of the segments
     real(dp), intent(in) :: margin        !! length
-    type(places_t) :: places
+    type(pairs_t) :: places
     real(dp) :: low(2), high(2)
     integer :: column, i, range(2, 2), row, rows(2)
 
@@ -157,7 +152,7 @@ contains
           rows = range(2, :)
           if (rows(2) > rows(1) .and. range(1, 2) > range(1, 1)) rows = rows_in_column(grid, a, b, column, margin, rows)
           do row = rows(1), rows(2)
-            call add_place(places, i, number_of_cell(grid, column, row))
+            call add_pair(places, number_of_cell(grid, column, row), i)
           end do
         end do
       end associate
@@ -169,62 +164,27 @@ contains
   pure subroutine place_boxes(grid, low, high)
     type(cell_grid_t), intent(inout) :: grid
     real(dp), intent(in) :: low(:, :), high(:, :) !! (2, n) corners, length
-    type(places_t) :: places
+    type(pairs_t) :: places
     integer :: column, i, range(2, 2), row
 
     do i = 1, size(low, 2)
       range = cells_of_box(grid, low(:, i), high(:, i))
       do row = range(2, 1), range(2, 2)
         do column = range(1, 1), range(1, 2)
-          call add_place(places, i, number_of_cell(grid, column, row))
+          call add_pair(places, number_of_cell(grid, column, row), i)
         end do
       end do
     end do
     call list_by_cell(places, grid)
   end subroutine place_boxes
 
-  !> Notes that an item is in a cell.
-  pure subroutine add_place(places, item, cell)
-    type(places_t), intent(inout) :: places
-    integer, intent(in) :: item, cell
-    integer, allocatable :: longer(:)
-
-    if (.not. allocated(places%item)) allocate (places%item(1024), places%cell(1024))
-    if (places%n == size(places%item)) then
-      allocate (longer(2*places%n))
-      longer(:places%n) = places%item
-      places%item = longer
-      longer(:places%n) = places%cell
-      call move_alloc(longer, places%cell)
-    end if
-    places%n = places%n + 1
-    places%item(places%n) = item
-    places%cell(places%n) = cell
-  end subroutine add_place
-
   !> Lists the items of each cell, in the order in which they were noted.
   pure subroutine list_by_cell(places, grid)
-    type(places_t), intent(in) :: places
+    type(pairs_t), intent(in) :: places        !! cells, and an item that is in each
     type(cell_grid_t), intent(inout) :: grid
-    integer :: c, i
 
-    allocate (grid%first(grid%n(1)*grid%n(2) + 1), source=0)
-    allocate (grid%item(places%n))
-    do i = 1, places%n
-      grid%first(places%cell(i) + 1) = grid%first(places%cell(i) + 1) + 1
-    end do
-    grid%first(1) = 1
-    do c = 2, size(grid%first)
-      grid%first(c) = grid%first(c) + grid%first(c - 1)
-    end do
-    do i = 1, places%n
-      associate (at => grid%first(places%cell(i)))
-        grid%item(at) = places%item(i)
-        at = at + 1
-      end associate
-    end do
-    grid%first(2:) = grid%first(:size(grid%first) - 1) ! listing moved every start to its end
-    grid%first(1) = 1
+    allocate (grid%first(grid%n(1)*grid%n(2) + 1), grid%item(places%n))
+    call list_others(places, grid%first, grid%item)
   end subroutine list_by_cell
 
   !> Rows of a column that the segment a b passes through, with a margin.

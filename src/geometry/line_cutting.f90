@@ -14,6 +14,7 @@ module scree_line_cutting
   use scree_cut_nodes, only: add_node, cut_nodes_t, in_order, make_room, node_at, node_share, unlist_node
   use scree_errors, only: error_t, fail, status_run_failed
   use scree_kinds, only: dp
+  use scree_pairs, only: add_pair, list_others, pairs_t
   use scree_predicates, only: orientation
   use scree_sorting, only: columns, sort_by
   use scree_straight_lines, only: drop_perpendicular, list_straight_lines, nearest_straight_line, straight_lines_t
@@ -34,12 +35,6 @@ module scree_line_cutting
     real(dp) :: rounding = 0.0_dp          !! the least e: what lies nearer to a line is on it, length
   end type graph_t
 
-  !> Pairs of pieces and nodes that split them, or of pieces that cross.
-  type :: pairs_t
-    integer, allocatable :: piece(:), other(:)
-    integer :: n = 0
-  end type pairs_t
-
 contains
 
   !> Cuts lines at each other.
@@ -56,7 +51,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(cut_nodes_t) :: nodes
     type(cell_grid_t) :: grid
-    type(pairs_t) :: splits
+    type(pairs_t) :: splits                   ! pieces, and a node that splits each
     type(straight_lines_t) :: lines
     integer, allocatable :: list(:)           ! pieces to look at
     logical, allocatable :: changed(:)        ! (n_pieces) by the last pass
@@ -287,7 +282,7 @@ contains
     end do
     do k = 2, 0, -1
       do i = 1, crossing(k)%n
-        p = crossing(k)%piece(i)
+        p = crossing(k)%one(i)
         q = crossing(k)%other(i)
         changed([p, q]) = .true.
         if (straight(graph%line(q)) .and. .not. straight(graph%line(p))) then
@@ -402,25 +397,6 @@ contains
     length = sum((b - a)**2)
     is_between = sum((position - a)**2) < length .and. sum((position - b)**2) < length
   end function is_between
-
-  !> Adds a pair to a list.
-  pure subroutine add_pair(pairs, piece, other)
-    type(pairs_t), intent(inout) :: pairs
-    integer, intent(in) :: piece, other
-    integer, allocatable :: longer(:)
-
-    if (.not. allocated(pairs%piece)) allocate (pairs%piece(1024), pairs%other(1024))
-    if (pairs%n == size(pairs%piece)) then
-      allocate (longer(2*pairs%n))
-      longer(:pairs%n) = pairs%piece
-      pairs%piece = longer
-      longer(:pairs%n) = pairs%other
-      call move_alloc(longer, pairs%other)
-    end if
-    pairs%n = pairs%n + 1
-    pairs%piece(pairs%n) = piece
-    pairs%other(pairs%n) = other
-  end subroutine add_pair
 
   !> Joins ends that coincide with no other to a node beside them, or to another such end, or brings them onto the line
   !> beside them, in the order of their places.
@@ -539,24 +515,7 @@ contains
     integer, allocatable :: ends(:, :), piece(:), line(:), against(:), chain(:)
     real(dp), allocatable :: along(:)
 
-    first = 0
-    do i = 1, splits%n
-      first(splits%piece(i)) = first(splits%piece(i)) + 1
-    end do
-    n = 1
-    do i = 1, size(first)
-      k = first(i)
-      first(i) = n
-      n = n + k
-    end do
-    do i = 1, splits%n
-      associate (at => first(splits%piece(i)))
-        order(at) = splits%other(i)
-        at = at + 1
-      end associate
-    end do
-    first = [1, first(:size(first) - 1)]
-
+    call list_others(splits, first, order)
     allocate (ends(2, size(graph%line) + splits%n), piece(size(graph%line) + splits%n))
     n = 0
     do i = 1, size(graph%line)

@@ -65,7 +65,7 @@ contains
       end do
     end do
     do i = 1, size(turn)
-      hold%force(:, i) = turned_vector(turn(i), [0.0_dp, 0.0_dp], hold%force(:, i))
+      if (hold%piece(i) > 0) hold%force(:, i) = turned_vector(turn(i), [0.0_dp, 0.0_dp], hold%force(:, i))
     end do
     hold%share = hold%next
     if (.not. any(hold%share > 0)) deallocate (hold)
