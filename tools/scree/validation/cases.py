@@ -579,6 +579,20 @@ def j6(run):
     yield Row("energy of fracture by load and deflection as the crack grows, over that of the bonds", 1.0, float(mean) / 240.0, 0.03)
 
 
+@case
+def j7(run):
+    """Size effect of notched beams whose bonds soften."""
+    from .size_effect import NotchedBeam  # here, as scipy takes half a second to begin
+    beam, depths = NotchedBeam(48), (0.325, 1.3, 5.2)  # over E G/T^2: sizes of 1, 4 and 16
+    for depth in depths:
+        peak = beam.peak(depth)
+        for where, rows, aside, tolerance in (("tip in a node", 28, 0, 0.02), ("tip between nodes", 28, 1 / 3, 0.02),
+                                              ("tip in a node, 20 edges over W", 20, 0, 0.04)):
+            if rows == 28 or depth == depths[-1]:
+                r = run(scenes.notched_beam(depth, peak, rows, aside))
+                yield Row(f"largest P/(T W) at W = {depth:g} E G/T^2, {where}", peak, float(np.max(r.history.support_force)) / 1e6, tolerance)
+
+
 def load_and_compliance(r):
     """Load of the press on a notched beam, and the deflection of the middle over it, in each step."""
     load = np.asarray(r.history.support_force)

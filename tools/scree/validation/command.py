@@ -13,7 +13,7 @@ import pathlib
 from ..arguments import BAD_INPUT, ends_in_a_line, parser_for
 from ..errors import RunFailed, ScreeError
 from ..program import shipped, work_folder
-from . import cracks, elastic, pages, published, size_effect  # noqa: F401  (the cases of these modules join CASES)
+from . import cracks, elastic, pages, published  # noqa: F401  (the cases of these modules join CASES)
 from .cases import CASES
 
 

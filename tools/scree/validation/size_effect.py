@@ -1,13 +1,7 @@
-"""The size effect of notched beams: beams of three depths with bonds that soften along the ligament, against finite elements."""
+"""A notched beam whose ligament softens, by finite elements of second order: the reference of case j7."""
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
-
-from . import scenes
-from .cases import Row, case
-
-DEPTHS = 0.325, 1.3, 5.2  # over E G/T^2: sizes of 1, 4 and 16
-ROWS, COARSER, ASIDE = 28, 20, 1 / 3  # edges over the depth, of another mesh too, and how far that of a tip between nodes is moved, in edges
 
 
 def line(x):
@@ -65,16 +59,3 @@ class NotchedBeam:
             if load < 0.9 * most:
                 break
         return most
-
-
-@case
-def j7(run):
-    """Size effect of notched beams whose bonds soften."""
-    beam = NotchedBeam(48)
-    for depth in DEPTHS:
-        peak = beam.peak(depth)
-        for where, rows, aside, tolerance in (("tip in a node", ROWS, 0, 0.02), ("tip between nodes", ROWS, ASIDE, 0.02),
-                                              (f"tip in a node, {COARSER} edges over W", COARSER, 0, 0.04)):
-            if rows == ROWS or depth == DEPTHS[-1]:
-                r = run(scenes.notched_beam(depth, peak, rows, aside))
-                yield Row(f"largest P/(T W) at W = {depth:g} E G/T^2, {where}", peak, float(np.max(r.history.support_force)) / 1e6, tolerance)
